@@ -46,8 +46,8 @@ struct DirectionParameters {
 struct ParameterSet {
   std::string name;
   std::string source;
-  double load_N = 0;           ///< M g during the measurement [N]
-  double g = kThesisGravity;   ///< the acceleration of gravity that the set was normalised with [m/s^2]
+  double load_N = 0;          ///< M g during the measurement [N]
+  double g = kThesisGravity;  ///< the acceleration of gravity that the set was normalised with [m/s^2]
   std::optional<DirectionParameters> lateral;
   std::optional<DirectionParameters> longitudinal;
 
