@@ -5,7 +5,8 @@
 
 namespace uiclink {
 
-/// A file of the user cannot be used. what() is "file:line: expected ..., found ...", or "file: ..." where no line applies.
+/// A file of the user cannot be used. what() is "file:line: expected ..., found ...", or "file: ..." where no line
+/// applies.
 class InputError : public std::runtime_error {
  public:
   InputError(const std::string& file, int line, const std::string& message)

@@ -10,13 +10,47 @@ namespace {
 constexpr std::size_t kLanes = 4;   // turned together, so that the compiler can use vector instructions
 constexpr std::size_t kBlock = 64;  // samples whose cosines and sines are at hand at a time
 
+/// The turns of the phase from one sample to the next and over all lanes, for one angular frequency.
+struct Turn {
+  double w = 0;
+  double cos_step = 1, sin_step = 0;
+  double cos_lanes = 1, sin_lanes = 0;
+
+  Turn() = default;
+  Turn(double w_in, double step)
+      : w(w_in),
+        cos_step(std::cos(w * step)),
+        sin_step(std::sin(w * step)),
+        cos_lanes(std::cos(kLanes * w * step)),
+        sin_lanes(std::sin(kLanes * w * step)) {}
+};
+
+/// The turns of the modes that a run passes through: a mode has one frequency, so each is evaluated once.
+class Turns {
+ public:
+  explicit Turns(double step) : step_(step) {}
+
+  const Turn& Find(Mode sliding, double w) {
+    Turn& turn = turns_[sliding % kModes];
+    if (turn.w != w) turn = Turn(w, step_);
+    return turn;
+  }
+
+ private:
+  static constexpr std::size_t kModes = 16;  // all modes of four sliders; more sliders share places
+  double step_;
+  std::array<Turn, kModes> turns_{};
+};
+
 /// cos and sin of phase, phase + step, ... : the phase is turned, not evaluated.
 class Turner {
  public:
-  Turner(double phase, double step) : turn_cos_(std::cos(kLanes * step)), turn_sin_(std::sin(kLanes * step)) {
-    for (std::size_t j = 0; j < kLanes; ++j) {
-      cos_[j] = std::cos(phase + static_cast<double>(j) * step);
-      sin_[j] = std::sin(phase + static_cast<double>(j) * step);
+  Turner(double phase, const Turn& turn) : turn_(turn) {
+    cos_[0] = std::cos(phase);
+    sin_[0] = std::sin(phase);
+    for (std::size_t j = 1; j < kLanes; ++j) {
+      cos_[j] = cos_[j - 1] * turn.cos_step - sin_[j - 1] * turn.sin_step;
+      sin_[j] = sin_[j - 1] * turn.cos_step + cos_[j - 1] * turn.sin_step;
     }
   }
 
@@ -26,8 +60,8 @@ class Turner {
       for (std::size_t j = 0; j < kLanes; ++j) {
         cosines[i + j] = cos_[j];
         sines[i + j] = sin_[j];
-        const double c = cos_[j] * turn_cos_ - sin_[j] * turn_sin_;
-        sin_[j] = sin_[j] * turn_cos_ + cos_[j] * turn_sin_;
+        const double c = cos_[j] * turn_.cos_lanes - sin_[j] * turn_.sin_lanes;
+        sin_[j] = sin_[j] * turn_.cos_lanes + cos_[j] * turn_.sin_lanes;
         cos_[j] = c;
       }
     }
@@ -36,8 +70,7 @@ class Turner {
  private:
   std::array<double, kLanes> cos_{};
   std::array<double, kLanes> sin_{};
-  double turn_cos_;
-  double turn_sin_;
+  const Turn& turn_;
 };
 
 /// Cosines and sines of w (t - t_start) for a block of samples, and t - t_start itself.
@@ -60,40 +93,48 @@ std::size_t EndOfArc(const Arc<Scalar>& arc, bool last, const SampleTimes& times
   return index >= static_cast<double>(times.size) ? times.size : static_cast<std::size_t>(index);
 }
 
-/// Calls use(first sample, number of samples, block) for the samples of one arc, block by block.
-template <typename Scalar, typename Use>
-void ForBlocks(const Arc<Scalar>& arc, const SampleTimes& times, std::size_t from, std::size_t to, Use use) {
-  if (from >= to) return;
-  PhaseBlock block;
-  const double w = Value(arc.w);
-  Turner turner(w * (times[from] - arc.t_start), w * times.step);
-  for (std::size_t first = from; first < to; first += kBlock) {
-    const std::size_t size = std::min(kBlock, to - first);
-    for (std::size_t i = 0; i < size; ++i) block.since_start[i] = times[first + i] - arc.t_start;
-    if (times.times.empty()) {
-      turner.Next(size, block.cosines.data(), block.sines.data());
-    } else {
-      for (std::size_t i = 0; i < size; ++i) {
-        block.cosines[i] = std::cos(w * block.since_start[i]);
-        block.sines[i] = std::sin(w * block.since_start[i]);
-      }
-    }
-    use(first, size, block);
-  }
-}
+/// Phases of the samples of a run, block by block.
+class PhaseSampler {
+ public:
+  explicit PhaseSampler(const SampleTimes& times) : times_(times), turns_(times.step) {}
 
-/// Calls use(arc, first sample, number of samples, block) for all samples of a trajectory.
-template <typename Scalar, typename Use>
-void ForAllBlocks(const Trajectory<Scalar>& trajectory, const SampleTimes& times, Use use) {
-  std::size_t from = 0;
-  for (std::size_t j = 0; j < trajectory.arcs().size(); ++j) {
-    const Arc<Scalar>& arc = trajectory.arcs()[j];
-    const std::size_t to = EndOfArc(arc, j + 1 == trajectory.arcs().size(), times, from);
-    ForBlocks(arc, times, from, to,
-              [&](std::size_t first, std::size_t size, const PhaseBlock& block) { use(arc, first, size, block); });
-    from = std::max(from, to);
+  /// Calls use(arc, first sample, number of samples, block) for all samples of a trajectory.
+  template <typename Scalar, typename Use>
+  void ForAllBlocks(const Trajectory<Scalar>& trajectory, Use use) {
+    std::size_t from = 0;
+    for (std::size_t j = 0; j < trajectory.arcs().size(); ++j) {
+      const Arc<Scalar>& arc = trajectory.arcs()[j];
+      const std::size_t to = EndOfArc(arc, j + 1 == trajectory.arcs().size(), times_, from);
+      if (from >= to) continue;
+      ForBlocks(arc, from, to, use);
+      from = to;
+    }
   }
-}
+
+ private:
+  template <typename Scalar, typename Use>
+  void ForBlocks(const Arc<Scalar>& arc, std::size_t from, std::size_t to, Use& use) {
+    const double w = Value(arc.w);
+    Turner turner(w * (times_[from] - arc.t_start), turns_.Find(arc.sliding, w));
+    for (std::size_t first = from; first < to; first += kBlock) {
+      const std::size_t size = std::min(kBlock, to - first);
+      for (std::size_t i = 0; i < size; ++i) block_.since_start[i] = times_[first + i] - arc.t_start;
+      if (times_.times.empty()) {
+        turner.Next(size, block_.cosines.data(), block_.sines.data());
+      } else {
+        for (std::size_t i = 0; i < size; ++i) {
+          block_.cosines[i] = std::cos(w * block_.since_start[i]);
+          block_.sines[i] = std::sin(w * block_.since_start[i]);
+        }
+      }
+      use(arc, first, size, block_);
+    }
+  }
+
+  SampleTimes times_;
+  Turns turns_;
+  PhaseBlock block_{};
+};
 
 }  // namespace
 
@@ -139,44 +180,43 @@ Scalar Trajectory<Scalar>::v(double t) const {
 template <typename Scalar>
 Scalar Trajectory<Scalar>::T(std::size_t slider, double t) const {
   const std::size_t j = FindArc(t);
-  const Scalar start = StartForces(j)[slider];
+  Scalar start = StartForces(j)[slider];
   if ((arcs_[j].sliding >> slider) & 1u) return start;
   return start - oscillator_.sliders()[slider].k * (y(t) - (arcs_[j].c + arcs_[j].a));
 }
 
 void CalcDisplacements(const Trajectory<double>& trajectory, const SampleTimes& times, std::span<double> y) {
-  ForAllBlocks(trajectory, times,
-               [&](const Arc<double>& arc, std::size_t first, std::size_t size, const PhaseBlock& block) {
-                 for (std::size_t i = 0; i < size; ++i)
-                   y[first + i] = arc.c + arc.a * block.cosines[i] + arc.b * block.sines[i];
-               });
+  PhaseSampler(times).ForAllBlocks(
+      trajectory, [&](const Arc<double>& arc, std::size_t first, std::size_t size, const PhaseBlock& block) {
+        for (std::size_t i = 0; i < size; ++i) y[first + i] = arc.c + arc.a * block.cosines[i] + arc.b * block.sines[i];
+      });
 }
 
 template <int N>
 void CalcDisplacements(const Trajectory<Dual<N>>& trajectory, const SampleTimes& times, std::span<double> y,
                        std::span<double> v, std::span<double> dy) {
-  ForAllBlocks(trajectory, times,
-               [&](const Arc<Dual<N>>& arc, std::size_t first, std::size_t size, const PhaseBlock& block) {
-                 std::array<double, kBlock> by_w;  // d y / d w
-                 for (std::size_t i = 0; i < size; ++i) {
-                   const double turn = arc.b.a * block.cosines[i] - arc.a.a * block.sines[i];
-                   y[first + i] = arc.c.a + arc.a.a * block.cosines[i] + arc.b.a * block.sines[i];
-                   v[first + i] = arc.w.a * turn;
-                   by_w[i] = block.since_start[i] * turn;
-                 }
-                 for (int p = 0; p < N; ++p) {
-                   double* column = dy.data() + static_cast<std::size_t>(p) * times.size + first;
-                   const double c = arc.c.v[p], a = arc.a.v[p], b = arc.b.v[p], w = arc.w.v[p];
-                   for (std::size_t i = 0; i < size; ++i)
-                     column[i] = c + a * block.cosines[i] + b * block.sines[i] + w * by_w[i];
-                 }
-               });
+  std::array<double, kBlock> by_w{};  // d y / d w
+  PhaseSampler(times).ForAllBlocks(
+      trajectory, [&](const Arc<Dual<N>>& arc, std::size_t first, std::size_t size, const PhaseBlock& block) {
+        for (std::size_t i = 0; i < size; ++i) {
+          const double turn = arc.b.a * block.cosines[i] - arc.a.a * block.sines[i];
+          y[first + i] = arc.c.a + arc.a.a * block.cosines[i] + arc.b.a * block.sines[i];
+          v[first + i] = arc.w.a * turn;
+          by_w[i] = block.since_start[i] * turn;
+        }
+        for (int p = 0; p < N; ++p) {
+          double* column = dy.data() + static_cast<std::size_t>(p) * times.size + first;
+          const double c = arc.c.v[p], a = arc.a.v[p], b = arc.b.v[p], w = arc.w.v[p];
+          for (std::size_t i = 0; i < size; ++i)
+            column[i] = c + a * block.cosines[i] + b * block.sines[i] + w * by_w[i];
+        }
+      });
 }
 
 template class Trajectory<double>;
-#define UICLINK_INSTANTIATE_DUAL(N)                                                                  \
-  template class Trajectory<Dual<N>>;                                                                \
-  template void CalcDisplacements(const Trajectory<Dual<N>>&, const SampleTimes&, std::span<double>, \
+#define UICLINK_INSTANTIATE_DUAL(N)                                                                    \
+  template class Trajectory<Dual<(N)>>;                                                                \
+  template void CalcDisplacements(const Trajectory<Dual<(N)>>&, const SampleTimes&, std::span<double>, \
                                   std::span<double>, std::span<double>)
 UICLINK_INSTANTIATE_DUAL(4);
 UICLINK_INSTANTIATE_DUAL(6);

@@ -1,0 +1,121 @@
+#pragma once
+
+#include <Eigen/Core>
+#include <array>
+#include <optional>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "identify/record.h"
+#include "model/oscillator.h"
+
+namespace uiclink {
+
+/// Most sliders that a fit can have (one lateral, four longitudinal in the thesis).
+inline constexpr int kMaxFittedSliders = 4;
+
+/// The link in the coordinates of a fit.  Logarithms keep everything positive; the levels are what a ring-down
+/// determines well, the shape (how stiffness and friction are spread over the sliders) what it hardly determines.
+///   levels = log k, log sum k_i, log sum T0i
+///   shape  = u_2..u_n, v_2..v_n:   k_i = sum k_i exp(u_i)/sum exp(u_j),  T0i = sum T0i exp(v_i)/sum exp(v_j),  u_1 =
+///   v_1 = 0
+using Levels = std::array<double, 3>;
+using Shape = std::vector<double>;  // 2 (n - 1)
+
+/// Start of the free decay of one record: y0 [m] from the true origin, t0 [s] of the extremum, offset [m] of the
+/// sensor's zero, so that reading(t) = offset + y(t - t0).
+using Start = std::array<double, 3>;
+
+int CountSliders(const Shape& shape);
+Oscillator<double> ToOscillator(const Levels& levels, const Shape& shape, double g);
+void FromOscillator(const Oscillator<double>& oscillator, Levels* levels, Shape* shape);
+/// Derivatives of (k, k1..kn, T01..T0n) with respect to (levels, shape).
+Eigen::MatrixXd CalcNaturalDerivatives(const Oscillator<double>& link);
+
+/// The samples of one record that a fit uses.  A view: the record must outlive it.
+struct FitData {
+  const Record* record = nullptr;
+  std::size_t first = 0;  ///< first sample at or after the first free extremum
+  std::size_t size = 0;   ///< samples from there
+  double sigma = 0;       ///< noise of a reading [m], > 0
+  double g = kThesisGravity;
+  double centre = 0;    ///< centre of the late motion in readings [m]: the sensor's zero is not far from it
+  double swing = 0;     ///< amplitude of the first extremum about it [m]; 0: unknown, the zero is not limited
+  double smallest = 0;  ///< smallest amplitude that the record resolves [m]; 0: unknown, no limit
+};
+
+/// Where a fit does not go, because the model means nothing there. They only matter where the data say too little or
+/// the model lacks something; a bound that ends at one of them is called open.
+///   zero of the sensor within a quarter of the first amplitude from the centre of the late motion
+///     (a locked slider holds it at most T0/(k + k1) away, an eighth of that in the thesis's stiffest set);
+///   critical displacements T0i/k_i not below the smallest amplitude that the record resolves: such a slider never
+///     rolls in this record, it is a friction force and no joint.
+inline constexpr double kZeroReach = 0.25;
+inline constexpr double kZeroReachOfWindows = 0.06;  ///< while the window of a fit grows
+
+/// What the records of a joint fit have in common.
+enum class Sharing {
+  kLink,   ///< one link for all: levels and shape
+  kShape,  ///< own levels for each record, one shape
+};
+
+/// All unknowns of a fit.
+struct FitState {
+  std::vector<Levels> levels;  ///< one (Sharing::kLink) or one per record (Sharing::kShape)
+  Shape shape;
+  std::vector<Start> starts;  ///< one per record
+
+  const Levels& LevelsOf(std::size_t record) const { return levels[levels.size() == 1 ? 0 : record]; }
+};
+
+struct FitControl {
+  std::vector<double> window_s = {};  ///< growing windows from the first extremum [s]; the whole record comes last
+  /// A quantity (see CountQuantities) that is held near this logarithm while everything else is free: the outcome is a
+  /// point on the profile of that quantity, at the value that the quantity has there.
+  std::optional<std::pair<int, double>> held = {};
+  bool fix_link = false;   ///< only the starts are free; levels and shape stay as they are
+  bool fix_shape = false;  ///< the shape is held, levels and starts are free
+  int max_iterations = 60;
+  double function_tolerance = 1e-9;  ///< relative fall of the sum of squares at which the last window stops [-]
+  int threads = 1;                   ///< records evaluated side by side
+};
+
+struct FitOutcome {
+  FitState state = {};
+  double chi2 = 0;  ///< sum of ((model - reading)/sigma)^2
+  std::vector<double> chi2_of_record = {};
+  std::vector<Levels> window_levels = {};  ///< levels (of record 0) that each window ended with; the last: all samples
+  int evaluations = 0;                     ///< of a record, with or without derivatives
+  bool converged = false;
+  std::string message = {};  ///< why it stopped, when it did not converge
+};
+
+/// Quantities of a link with n sliders that have a name: k, k1..kn, T01..T0n, sum_ki, sum_T0i; and beyond these
+/// CountQuantities the shares k_i / sum k_i and T0i / sum T0i, which records with own levels can have in common.
+int CountQuantities(int sliders);
+inline int SumOfStiffness(int sliders) { return 2 * sliders + 1; }
+inline int SumOfFriction(int sliders) { return 2 * sliders + 2; }
+/// Share of quantity 1..2n (k_i or T0i) in its sum.
+inline int ShareOf(int sliders, int quantity) { return CountQuantities(sliders) + quantity - 1; }
+double CalcQuantity(const Oscillator<double>& link, int quantity);
+/// d log(quantity) by (levels, shape).
+Eigen::RowVectorXd CalcLogGradient(const Oscillator<double>& link, int quantity);
+std::string QuantityName(int sliders, int quantity);
+
+/// Least squares on the differential-succession model with exact derivatives (Ceres, Levenberg-Marquardt), through
+/// growing windows.  Never throws for what is in the data; a fit that fails says why.
+FitOutcome Fit(std::span<const FitData> data, Sharing sharing, const FitState& initial, const FitControl& control = {});
+
+/// Model minus reading of one record [m].
+std::vector<double> CalcResiduals(const FitData& data, const Levels& levels, const Shape& shape, const Start& start);
+
+/// Derivatives of the residuals (in units of sigma) of one record by (levels, shape, start), row by row, and the
+/// residuals.
+struct Linearisation {
+  Eigen::MatrixXd jacobian;   ///< samples x (3 + 2(n-1) + 3)
+  Eigen::VectorXd residuals;  ///< samples
+};
+Linearisation Linearise(const FitData& data, const Levels& levels, const Shape& shape, const Start& start);
+
+}  // namespace uiclink

@@ -1,0 +1,266 @@
+// The program `identify`: records in, parameters out.
+
+#include <fmt/core.h>
+#include <glog/logging.h>
+#include <unistd.h>
+
+#include <CLI/CLI.hpp>
+#include <exception>
+#include <filesystem>
+#include <iostream>
+#include <optional>
+#include <set>
+#include <string>
+#include <vector>
+
+#include "data/file.h"
+#include "data/input_error.h"
+#include "data/parameter_set_file.h"
+#include "identify/compare.h"
+#include "identify/identification.h"
+#include "identify/record.h"
+#include "identify/report.h"
+#include "identify/thinning.h"
+
+namespace uiclink {
+namespace {
+
+// Exit codes of DESIGN: 0 all done; 1 done, but something was left out or is not trustworthy; 2 nothing could be done.
+constexpr int kAllDone = 0;
+constexpr int kSomeLeftOut = 1;
+constexpr int kNothingDone = 2;
+
+struct Arguments {
+  std::vector<std::string> records;
+  std::vector<std::string> sets;
+  std::string out = "out";
+  std::string json;
+  bool quiet = false;
+  std::string direction;
+  std::string sliders;
+  std::optional<double> cutoff_mm;
+  ReadOptions read;
+  IdentifyOptions identify;
+
+  bool JsonToStdout() const { return json == "-"; }
+};
+
+void AddReadOptions(CLI::App* app, Arguments* arguments) {
+  app->add_option("--direction", arguments->direction, "direction of all records, where files do not say it")
+      ->check(CLI::IsMember({"lateral", "longitudinal"}));
+  app->add_option("--mass", arguments->read.mass_kg, "mass on the link [kg] (default: the record's header, or 378.2)")
+      ->check(CLI::PositiveNumber);
+  app->add_option("--g", arguments->read.g, "acceleration of gravity [m/s^2] (default: the record's header, or 9.82)")
+      ->check(CLI::PositiveNumber);
+  app->add_option("--rate", arguments->read.rate_hz, "sampling rate [Hz] of records without a time column")
+      ->check(CLI::PositiveNumber);
+  app->add_option("--column", arguments->read.column, "column of the displacement, 1 = first (default: after time)")
+      ->check(CLI::PositiveNumber);
+  app->add_option("--unit", arguments->read.displacement_unit, "unit of the displacement: " + DisplacementUnits());
+}
+
+void AddOutputOptions(CLI::App* app, Arguments* arguments) {
+  app->add_option("--json", arguments->json, "write the result as JSON to FILE; - for standard output, alone there")
+      ->type_name("FILE");
+  app->add_flag("--quiet,-q", arguments->quiet, "no tables on standard output");
+}
+
+/// Progress for a person at a terminal; silent otherwise.
+class Progress {
+ public:
+  explicit Progress(bool quiet) : shown_(!quiet && isatty(STDERR_FILENO) != 0) {}
+  void operator()(const std::string& what, int done, int of) const {
+    if (!shown_) return;
+    fmt::print(stderr, "\r{} {}/{} ", what, done, of);
+    if (done >= of) Clear();
+    std::fflush(stderr);
+  }
+  void Clear() const {
+    if (shown_) fmt::print(stderr, "\r\033[K");
+  }
+
+ private:
+  bool shown_;
+};
+
+/// Reads what can be read; the others are named and left out.
+std::vector<Record> ReadRecords(const Arguments& arguments, std::vector<Rejected>* rejected) {
+  std::vector<Record> records;
+  std::set<std::filesystem::path> seen;
+  for (const std::string& file : arguments.records) {
+    try {
+      // Counted twice, a record would make the bounds narrower than they are.
+      std::error_code none;
+      const std::filesystem::path canonical = std::filesystem::weakly_canonical(file, none);
+      if (!none && !seen.insert(canonical).second)
+        throw InputError(file, 0, "expected every record once, found it a second time");
+      Record record = ReadRecord(file, arguments.read);
+      if (!record.direction)
+        throw InputError(file, 0,
+                         "expected a direction (header \"# direction: lateral\", a file name with lateral or "
+                         "longitudinal, or --direction), found none");
+      ThinRecord(&record);
+      records.push_back(std::move(record));
+    } catch (const InputError& error) {
+      rejected->push_back({file, error.what()});
+    }
+  }
+  return records;
+}
+
+int CountLeftOut(const RunResult& run) {
+  int left_out = static_cast<int>(run.rejected.size());
+  for (const Identification& id : run.directions) left_out += static_cast<int>(id.records.size()) - id.CountUsed();
+  return left_out;
+}
+
+bool AnyUsed(const RunResult& run) {
+  for (const Identification& id : run.directions)
+    if (id.CountUsed() > 0) return true;
+  return false;
+}
+
+/// Messages about what was left out go to standard error as well, so that they are seen with --quiet and --json -.
+void PrintLeftOut(const RunResult& run) {
+  for (const Rejected& rejected : run.rejected) fmt::print(stderr, "{}\n", rejected.message);
+  for (const Identification& id : run.directions)
+    for (const RecordResult& record : id.records)
+      if (!record.used) fmt::print(stderr, "{}: {}\n", record.record.file, record.reason);
+}
+
+void PrintNotices(const RunResult& run) {
+  for (const Identification& id : run.directions)
+    for (const RecordResult& record : id.records)
+      for (const std::string& notice : record.record.notices)
+        fmt::print(stderr, "{}: note: {}\n", record.record.file, notice);
+}
+
+void PrintNothingDone(std::size_t records) {
+  if (records == 1) {
+    fmt::print(stderr, "identify: the record cannot be used\n");
+  } else {
+    fmt::print(stderr, "identify: none of the {} records can be used\n", records);
+  }
+}
+
+void Emit(const Arguments& arguments, const std::string& text, const std::string& json) {
+  if (arguments.JsonToStdout()) {
+    std::cout << json;
+    return;
+  }
+  if (!arguments.json.empty()) WriteFileWhole(arguments.json, json);
+  if (!arguments.quiet) std::cout << text;
+}
+
+int RunIdentify(Arguments arguments) {
+  const Progress progress(arguments.quiet || arguments.JsonToStdout());
+  arguments.identify.progress = progress;
+  if (arguments.cutoff_mm) arguments.identify.sine.cutoff = 1e-3 * *arguments.cutoff_mm;
+  arguments.identify.sliders = arguments.sliders == "auto" ? kAutoSliders
+                               : arguments.sliders.empty() ? 0
+                                                           : std::stoi(arguments.sliders);
+  RunResult run;
+  std::vector<Record> records = ReadRecords(arguments, &run.rejected);
+  for (const Direction direction : {Direction::kLateral, Direction::kLongitudinal}) {
+    std::vector<Record> of_direction;
+    for (Record& record : records)
+      if (record.direction == direction) of_direction.push_back(std::move(record));
+    if (!of_direction.empty())
+      run.directions.push_back(Identify(direction, std::move(of_direction), arguments.identify));
+  }
+  progress.Clear();
+  PrintLeftOut(run);
+  if (!AnyUsed(run)) {
+    PrintNothingDone(arguments.records.size());
+    return kNothingDone;
+  }
+  PrintNotices(run);
+  const std::string json = FormatJson(run);
+  const std::filesystem::path out(arguments.out);
+  WriteFileWhole(out / "parameters.toml", FormatParameterSet(MakeParameterSet(run)));
+  WriteFileWhole(out / "result.json", json);
+  WriteFileWhole(out / "residuals.csv", FormatResiduals(run));
+  Emit(arguments,
+       FormatReport(run) +
+           fmt::format("Written: {0}/parameters.toml {0}/result.json {0}/residuals.csv\n", arguments.out),
+       json);
+  bool trustworthy = true;
+  for (const Identification& id : run.directions) trustworthy &= id.warnings.empty();
+  return CountLeftOut(run) == 0 && trustworthy ? kAllDone : kSomeLeftOut;
+}
+
+int RunCompare(const Arguments& arguments) {
+  std::vector<ParameterSet> sets;
+  for (const std::string& file : arguments.sets) sets.push_back(ReadParameterSet(file));
+  std::vector<Rejected> rejected;
+  std::vector<Record> records = ReadRecords(arguments, &rejected);
+  CompareResult result = Compare(arguments.sets, sets, std::move(records));
+  result.rejected = std::move(rejected);
+  for (const std::string& line : FormatLeftOut(result)) fmt::print(stderr, "{}\n", line);
+  if (!arguments.records.empty() && result.CountUsed() == 0) {
+    PrintNothingDone(arguments.records.size());
+    return kNothingDone;
+  }
+  for (const std::string& notice : result.notices) fmt::print(stderr, "{}\n", notice);
+  Emit(arguments, FormatComparison(result), FormatComparisonJson(result));
+  return result.CountLeftOut() == 0 ? kAllDone : kSomeLeftOut;
+}
+
+int Main(int argc, char** argv) {
+  Arguments arguments;
+  CLI::App app{"identify: parameters of a UIC link suspension from its ring-down records"};
+  app.set_version_flag("--version", std::string("identify ") + UICLINK_VERSION + " (uiclink)");
+  app.footer(
+      "Examples:\n"
+      "  identify measurements/lateral_*.txt\n"
+      "  identify --json - decay.csv --direction lateral --rate 200\n"
+      "  identify compare data/parameter_sets/set1.toml out/parameters.toml --records measurements/lateral_*.txt\n\n"
+      "Exit codes: 0 all done; 1 done, but something was left out or is not trustworthy; 2 nothing could be done.");
+  app.add_option("records", arguments.records, "records: text (time [s], displacement [mm]) or MATLAB files");
+  app.add_option("--out", arguments.out, "folder of the results")->capture_default_str();
+  AddOutputOptions(&app, &arguments);
+  AddReadOptions(&app, &arguments);
+  app.add_option("--sliders", arguments.sliders,
+                 "sliders of the model: 1 to 4, or auto (default: 1 lateral, 4 longitudinal)")
+      ->check(CLI::IsMember({"1", "2", "3", "4", "auto"}));
+  app.add_option("--cutoff", arguments.cutoff_mm, "cut-off amplitude of the frequency method [mm] (default: chosen)")
+      ->check(CLI::PositiveNumber);
+  app.add_option("--starts", arguments.identify.starts.count, "fits from scattered starts, as a check")
+      ->capture_default_str()
+      ->check(CLI::NonNegativeNumber);
+  app.add_option("--seed", arguments.identify.starts.seed, "seed of the scattered starts")->capture_default_str();
+  app.add_option("--threads", arguments.identify.threads, "threads; 0: all of the machine")
+      ->capture_default_str()
+      ->check(CLI::NonNegativeNumber);
+
+  CLI::App* compare = app.add_subcommand("compare", "parameter sets side by side, on records");
+  compare->add_option("sets", arguments.sets, "parameter-set files (TOML)")->required();
+  compare->add_option("--records", arguments.records, "records to compare them on")->expected(1, -1);
+  AddOutputOptions(compare, &arguments);
+  AddReadOptions(compare, &arguments);
+
+  try {
+    app.parse(argc, argv);
+    if (!arguments.direction.empty())
+      arguments.read.direction = arguments.direction == "lateral" ? Direction::kLateral : Direction::kLongitudinal;
+    if (compare->parsed()) return RunCompare(arguments);
+    if (arguments.records.empty()) throw CLI::RequiredError("records");
+    return RunIdentify(arguments);
+  } catch (const CLI::ParseError& error) {
+    return app.exit(error) == 0 ? kAllDone : kNothingDone;
+  } catch (const InputError& error) {  // an unreadable set, a folder that cannot be written
+    fmt::print(stderr, "{}\n", error.what());
+    return kNothingDone;
+  } catch (const std::exception& error) {
+    fmt::print(stderr, "identify: {}\n", error.what());
+    return kNothingDone;
+  }
+}
+
+}  // namespace
+}  // namespace uiclink
+
+int main(int argc, char** argv) {
+  FLAGS_minloglevel = google::GLOG_FATAL;  // Ceres' log lines are not for users
+  return uiclink::Main(argc, argv);
+}

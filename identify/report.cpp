@@ -1,0 +1,219 @@
+#include "identify/report.h"
+
+#include <fmt/core.h>
+
+#include <algorithm>
+#include <cmath>
+
+#include "model/closed_form.h"
+#include "reports/text_table.h"
+
+namespace uiclink {
+namespace {
+
+/// "0.0180" with as many digits as two significant ones of its uncertainty need.
+std::string Round(double value, double uncertainty) {
+  if (!(uncertainty > 0) || !std::isfinite(uncertainty)) return fmt::format("{:.5g}", value);
+  const int decimals = static_cast<int>(std::ceil(1 - std::log10(uncertainty)));
+  return fmt::format("{:.{}f}", value, std::clamp(decimals, 0, 9));
+}
+
+std::string FileName(const std::string& path) {
+  const std::size_t slash = path.find_last_of('/');
+  return slash == std::string::npos ? path : path.substr(slash + 1);
+}
+
+std::string Millimetres(double metres, int decimals) { return fmt::format("{:.{}f}", 1e3 * metres, decimals); }
+
+std::string UnitOf(const std::string& quantity) { return quantity.find("T0") != std::string::npos ? "-" : "1/m"; }
+
+/// Quantities worth a line: with one slider the sums are k1 and T01 themselves.
+std::vector<int> ListedQuantities(int sliders) {
+  std::vector<int> listed;
+  for (int q = 0; q < (sliders == 1 ? 3 : CountQuantities(sliders)); ++q) listed.push_back(q);
+  return listed;
+}
+
+std::string FormatRecords(const Identification& id) {
+  const bool one = id.sliders == 1;
+  TextTable table;
+  table.AddColumn("record", TextTable::Align::kLeft);
+  table.AddColumn("release\n[s]");
+  table.AddColumn("extremum\n[mm]");
+  table.AddColumn("noise\n[mm]");
+  table.AddColumn("published\nk");
+  table.AddColumn(one ? "method\nk1" : "method\nsum ki");
+  table.AddColumn("fit\nk");
+  table.AddColumn(one ? "\nk1" : "\nsum ki");
+  table.AddColumn(one ? "\nT01" : "\nsum T0i");
+  table.AddColumn("zero\n[mm]");
+  table.AddColumn("rms\n[mm]");
+  table.AddColumn("rms/\nnoise");
+  for (const RecordResult& r : id.records) {
+    if (!r.used) continue;
+    const int stiffness = SumOfStiffness(r.link.size()), friction = SumOfFriction(r.link.size());
+    table.AddRow({FileName(r.record.file), fmt::format("{:.2f}", r.phases.release_s), Millimetres(r.start[0], 2),
+                  Millimetres(r.noise.sigma, 4), r.sine ? fmt::format("{:.3f}", r.sine->k) : "-",
+                  r.sine ? fmt::format("{:.3f}", r.sine->sum_ki) : "-", fmt::format("{:.4f}", r.link.k),
+                  fmt::format("{:.4f}", CalcQuantity(r.link, stiffness)),
+                  fmt::format("{:.5f}", CalcQuantity(r.link, friction)), Millimetres(r.start[2], 3),
+                  Millimetres(r.rms, 4), fmt::format("{:.2f}", r.rms / r.noise.sigma)});
+  }
+  return table.Format(2);
+}
+
+std::string FormatPopulation(const Population& population, double unit = 1) {
+  return fmt::format("{} ± {}", Round(population.mean / unit, population.spread / unit),
+                     Round(population.spread / unit, population.spread / unit));
+}
+
+std::string Bound(double value, double std, bool open, const char* mark) {
+  return (open ? std::string(mark) : "") + Round(value, std);
+}
+
+std::string FormatParameters(const Identification& id) {
+  const int n = id.sliders;
+  TextTable table;
+  table.AddColumn("parameter", TextTable::Align::kLeft);
+  table.AddColumn("unit", TextTable::Align::kLeft);
+  table.AddColumn("published method\nmean ± spread");
+  table.AddColumn("centre free\nmean ± spread");
+  table.AddColumn(id.shared ? "fit\nall records" : "fit\nmean");
+  table.AddColumn("std");
+  table.AddColumn("95 % bounds\nlow");
+  table.AddColumn("\nhigh");
+  if (!id.shared) table.AddColumn("spread of\nrecords");
+  for (const int q : ListedQuantities(n)) {
+    const Estimate& e = id.quantities[static_cast<std::size_t>(q)];
+    std::string published, corrected;
+    if (id.sine.records > 0) {
+      const bool stiffness = q == SumOfStiffness(n) || (n == 1 && q == 1);
+      const bool friction = q == SumOfFriction(n) || (n == 1 && q == 2);
+      if (q == 0) published = FormatPopulation(id.sine.k), corrected = FormatPopulation(id.sine.k_corrected);
+      if (stiffness)
+        published = FormatPopulation(id.sine.sum_ki), corrected = FormatPopulation(id.sine.sum_ki_corrected);
+      if (friction) published = FormatPopulation(id.sine.T0), corrected = FormatPopulation(id.sine.T0_corrected);
+    }
+    const std::string name = QuantityName(n, q);
+    table.AddRow({name, UnitOf(name), published, corrected, Round(e.value, e.std), Round(e.std, e.std),
+                  Bound(e.low, e.std, e.low_open, "< "), Bound(e.high, e.std, e.high_open, "> "),
+                  id.shared ? "" : Round(e.spread, e.std)});
+  }
+  return table.Format(2);
+}
+
+/// The published k by the number of the extremum that it was read from: the built-in test for its bias.
+std::string FormatBias(const Identification& id) {
+  struct Bin {
+    double extremum = 0, published = 0, expected = 0;
+    int arcs = 0;
+  };
+  std::vector<Bin> bins;
+  double published = 0, expected = 0;
+  int arcs = 0;
+  for (const RecordResult& r : id.records) {
+    if (!r.used || !r.sine) continue;
+    for (std::size_t i = 0; i < r.sine->arcs.size(); ++i) {
+      const SlidingArc& arc = r.sine->arcs[i];
+      const double bias = CalcExpectedBias(id, *r.sine, arc);
+      if (bins.size() <= i) bins.resize(i + 1);
+      bins[i].extremum += arc.extremum;
+      bins[i].published += arc.k_published;
+      bins[i].expected += bias;
+      ++bins[i].arcs;
+      published += arc.k_published;
+      expected += bias;
+      ++arcs;
+    }
+  }
+  if (arcs == 0) return "";
+  std::string text = fmt::format(
+      "  Bias of the published method: it reads k = {:.2f}, {:.0f} % above the fit. It fits a sine about zero, but "
+      "while\n"
+      "  the joints slide the centre of the motion sits at -+T0/k = {:.1f} mm; the closed form expects {:+.0f} % for "
+      "these arcs.\n",
+      published / arcs, 100 * (published / arcs / id.link.k - 1),
+      1e3 * CalcQuantity(id.link, SumOfFriction(id.sliders)) / id.link.k, 100 * expected / arcs);
+  text += "  The published k depends on the extremum that it is read from, which a stiffness cannot:\n";
+  TextTable table;
+  table.AddColumn("extremum", TextTable::Align::kLeft);
+  table.AddColumn("records");
+  table.AddColumn("amplitude\n[mm]");
+  table.AddColumn("published k\n[1/m]");
+  table.AddColumn("expected k\n[1/m]");
+  for (std::size_t i = 0; i < bins.size(); ++i) {
+    const Bin& bin = bins[i];
+    if (bin.arcs == 0) continue;
+    table.AddRow({fmt::format("no. {}", i + 1), fmt::format("{}", bin.arcs), Millimetres(bin.extremum / bin.arcs, 1),
+                  fmt::format("{:.2f}", bin.published / bin.arcs),
+                  fmt::format("{:.2f}", id.link.k * (1 + bin.expected / bin.arcs))});
+  }
+  return text + table.Format(2);
+}
+
+std::string FormatSharing(const Identification& id) {
+  if (id.CountUsed() < 2) return "  One record: nothing can be said about scatter between records.\n";
+  if (id.shared)
+    return fmt::format("  The records share one link (test of equal k, sum ki, sum T0i: p = {:.2g}); one joint fit.\n",
+                       id.sharing.p_value);
+  return fmt::format(
+      "  The records do not share one link (p = {:.1g}): each has its own values, the table gives mean and spread;\n"
+      "  std and bounds belong to the mean.{}\n",
+      id.sharing.p_value,
+      id.sliders > 1 ? " How stiffness and friction are spread over the sliders is common to all." : "");
+}
+
+std::string FormatTrust(const Identification& id) {
+  int starts = 0, agreeing = 0;
+  for (const RecordResult& r : id.records) starts += r.starts, agreeing += r.starts_agreeing;
+  std::string text;
+  if (starts > 0) text += fmt::format("  {} of {} scattered starts end at the same minimum.\n", agreeing, starts);
+  text += fmt::format("  rms {:.4f} mm, noise {:.4f} mm, rms/noise {:.2f}: ", 1e3 * id.rms, 1e3 * id.noise,
+                      id.rms / id.noise);
+  text += id.rms < 1.05 * id.noise ? "the model explains the records down to their noise.\n"
+                                   : "the model leaves structure in the residuals; the bounds are\n  widened for it, "
+                                     "but what the model lacks may "
+                                     "shift every value.\n";
+  if (!id.unidentifiable.empty()) {
+    text += "  Not determined by these records: ";
+    for (std::size_t i = 0; i < id.unidentifiable.size(); ++i) text += (i == 0 ? "" : "; ") + id.unidentifiable[i];
+    text +=
+        fmt::format(".\n  Determined are k, sum ki{} to the stated bounds.\n", id.sliders > 1 ? " and sum T0i" : "");
+  }
+  for (const std::string& warning : id.warnings) text += "  warning: " + warning + "\n";
+  return text;
+}
+
+std::string FormatLeftOut(const RunResult& run) {
+  std::string text;
+  int left_out = 0;
+  for (const Rejected& rejected : run.rejected) text += "  " + rejected.message + "\n", ++left_out;
+  for (const Identification& id : run.directions)
+    for (const RecordResult& r : id.records)
+      if (!r.used) text += "  " + r.record.file + ": " + r.reason + "\n", ++left_out;
+  return left_out == 0 ? "" : fmt::format("Left out ({}):\n{}\n", left_out, text);
+}
+
+}  // namespace
+
+double CalcExpectedBias(const Identification& identification, const SineFit& sine, const SlidingArc& arc) {
+  const double shift = CalcQuantity(identification.link, SumOfFriction(identification.sliders)) / identification.link.k;
+  return CalcPublishedBias(arc.extremum, sine.cutoff, shift) - 1;
+}
+
+std::string FormatReport(const RunResult& run) {
+  std::string text = FormatLeftOut(run);
+  for (const Identification& id : run.directions) {
+    if (id.CountUsed() == 0) continue;
+    const auto& used = *std::find_if(id.records.begin(), id.records.end(), [](const auto& r) { return r.used; });
+    text +=
+        fmt::format("{}: {} record{}, {} slider{}, M = {:g} kg, g = {:g} m/s^2\n\n", Name(id.direction), id.CountUsed(),
+                    id.CountUsed() == 1 ? "" : "s", id.sliders, id.sliders == 1 ? "" : "s", used.record.mass_kg, id.g);
+    text += FormatRecords(id) + "\n" + FormatParameters(id) + "\n";
+    text += FormatSharing(id) + FormatTrust(id) + "\n" + FormatBias(id) + "\n";
+    text += fmt::format("  {} model evaluations, {:.2f} s\n\n", id.evaluations, id.wall_s);
+  }
+  return text;
+}
+
+}  // namespace uiclink

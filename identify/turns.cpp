@@ -1,0 +1,158 @@
+#include "identify/turns.h"
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+#include <optional>
+
+#include "identify/local_fit.h"
+
+namespace uiclink {
+namespace {
+
+/// A motion turns when it comes back by this many noise levels, steps of the converter, and shares of the last swing:
+/// noise of 1e4 samples spans 7.4 deviations, and a rig mode or a tone on top must not count as swings.
+constexpr double kTurnNoise = 8, kTurnSteps = 3, kTurnShare = 0.08;
+/// Swings smaller than this, from extremum to extremum, are no extrema (three noise levels to each side).
+constexpr double kSpanNoise = 6, kSpanSteps = 2;
+
+/// Smallest swing that is told from noise [m].
+double SmallestSwing(const Noise& noise) {
+  return std::max({kSpanNoise * noise.sigma, kSpanSteps * noise.quantum, 1e-12});
+}
+
+std::size_t NearestSample(std::span<const double> t, double time, std::size_t guess) {
+  while (guess + 1 < t.size() && std::abs(t[guess + 1] - time) < std::abs(t[guess] - time)) ++guess;
+  while (guess > 0 && std::abs(t[guess - 1] - time) < std::abs(t[guess] - time)) --guess;
+  return guess;
+}
+
+/// Locates one extremum. The window's half width, in radian, balances the fit's bias (~ amplitude width^4) against
+/// noise (~ 1/sqrt(width)): width ~ (sigma/amplitude)^(2/9); half a radian at 25 mm and 0.013 mm.
+std::optional<Turn> Locate(const Record& record, const Noise& noise, std::size_t index, double half_period,
+                           double amplitude) {
+  const double w = std::numbers::pi / half_period;
+  const double width = std::clamp(2.7 * std::pow(noise.sigma / amplitude, 2.0 / 9), 0.15, 0.9) / w;
+  std::optional<LocalFit> fit = FitLocally(record.t, record.y, index, width, w);
+  std::optional<double> turning = fit ? fit->FindTurning() : std::nullopt;
+  if (turning && std::abs(*turning - fit->t0) > 0.25 * width) {
+    fit = FitLocally(record.t, record.y, NearestSample(record.t, *turning, index), width, w);
+    turning = fit ? fit->FindTurning() : std::nullopt;
+  }
+  if (!fit) return std::nullopt;  // the record starts or ends here
+  if (!turning) return Turn{{record.t[index], record.y[index], index}, noise.sigma, 0};
+  return Turn{{*turning, fit->y(*turning), NearestSample(record.t, *turning, index)},
+              fit->LevelError(noise.sigma),
+              2 * fit->c2};
+}
+
+std::vector<Turn> LocateAll(const Record& record, const Noise& noise, const std::vector<std::size_t>& samples) {
+  std::vector<Turn> turns;
+  turns.reserve(samples.size());
+  const std::size_t n = samples.size();
+  for (std::size_t i = 0; i < n && n > 1; ++i) {
+    const std::size_t before = samples[i > 0 ? i - 1 : i], after = samples[i + 1 < n ? i + 1 : i];
+    const double half_period = (record.t[after] - record.t[before]) / (i > 0 && i + 1 < n ? 2 : 1);
+    const double y = record.y[samples[i]];
+    const double amplitude = 0.5 * std::max(std::abs(y - record.y[before]), std::abs(y - record.y[after]));
+    const std::optional<Turn> turn = Locate(record, noise, samples[i], half_period, amplitude);
+    if (!turn) continue;
+    // A spike may send the fit astray; then the sample itself has to do.
+    const bool between = turn->index > before && (turn->index < after || i + 1 == n);
+    turns.push_back(between || i == 0 ? *turn : Turn{{record.t[samples[i]], y, samples[i]}, noise.sigma, 0});
+  }
+  return turns;
+}
+
+/// Leaves out what follows when the motion has come to rest: swings within the noise, or out of step.
+void CutRest(const Noise& noise, std::vector<Turn>* turns) {
+  if (turns->size() < 3) return;
+  std::size_t largest = 0;
+  for (std::size_t i = 1; i + 1 < turns->size(); ++i)
+    if (Span(*turns, i) > Span(*turns, largest)) largest = i;
+  for (std::size_t i = largest + 1; i + 1 < turns->size(); ++i) {
+    const Turn *a = &(*turns)[i - 1], *b = a + 1, *c = a + 2;
+    const double ratio = (c->t - b->t) / (b->t - a->t);
+    // One half swing to the next changes by a fifth at most where joints stop sliding; the margin is for a last creep.
+    if (Span(*turns, i) < SmallestSwing(noise) || ratio < 0.45 || ratio > 1.8) {
+      turns->resize(i + 1);
+      return;
+    }
+  }
+}
+
+/// Phase for which the reading stays the same around an extremum [rad], cut or not.
+double FlatPhase(const Record& record, const Turn& turn, double w, double side) {
+  // Noise before a converter that saturates makes no difference, so the run may be looked for around the extremum.
+  const double reach = 1.0 / w;
+  std::size_t first = turn.index, last = turn.index;
+  while (first > 0 && turn.t - record.t[first - 1] < reach) --first;
+  while (last + 1 < record.t.size() && record.t[last + 1] - turn.t < reach) ++last;
+  double top = record.y[first];
+  for (std::size_t i = first; i <= last; ++i)
+    if (side * (record.y[i] - top) > 0) top = record.y[i];
+  double longest = 0;
+  for (std::size_t i = first; i <= last; ++i) {
+    const std::size_t start = i;
+    while (i < last && record.y[start] == top && record.y[i + 1] == top) ++i;
+    longest = std::max(longest, record.t[i] - record.t[start]);
+  }
+  return w * longest;
+}
+
+}  // namespace
+
+std::vector<std::size_t> FindTurningSamples(std::span<const double> y, double least) {
+  std::vector<std::size_t> turns;
+  std::size_t high = 0, low = 0;
+  int direction = 0;  // of the swing under way; 0: not yet known
+  double back = least;
+  for (std::size_t i = 1; i < y.size(); ++i) {
+    if (y[i] > y[high]) high = i;
+    if (y[i] < y[low]) low = i;
+    if (direction >= 0 && y[high] - y[i] > back) {
+      back = std::max(least, kTurnShare * (y[high] - y[low]));
+      turns.push_back(high);
+      direction = -1;
+      low = i;
+    } else if (direction <= 0 && y[i] - y[low] > back) {
+      back = std::max(least, kTurnShare * (y[high] - y[low]));
+      turns.push_back(low);
+      direction = 1;
+      high = i;
+    }
+  }
+  return turns;
+}
+
+double CalcTurnThreshold(const Noise& noise) { return std::max(kTurnNoise * noise.sigma, kTurnSteps * noise.quantum); }
+
+std::vector<Turn> FindTurns(const Record& record, const Noise& noise) {
+  const auto [low, high] = std::minmax_element(record.y.begin(), record.y.end());
+  // Rounding of the readings is no motion, whatever the noise estimate.
+  const double least = std::max(CalcTurnThreshold(noise), 1e-9 * (*high - *low));
+  std::vector<Turn> turns = LocateAll(record, noise, FindTurningSamples(record.y, least));
+  CutRest(noise, &turns);
+  return turns;
+}
+
+std::vector<double> CalcLosses(std::span<const Turn> turns) {
+  std::vector<double> losses;
+  for (std::size_t i = 0; i + 2 < turns.size(); ++i) losses.push_back(Span(turns, i) - Span(turns, i + 1));
+  return losses;
+}
+
+bool IsFlat(const Record& record, const Noise& noise, std::span<const Turn> turns, std::size_t i) {
+  const std::size_t from = i > 0 ? i - 1 : 0, to = std::min(i + 1, turns.size() - 1);
+  const double w = std::numbers::pi * static_cast<double>(to - from) / (turns[to].t - turns[from].t);
+  const double amplitude = 0.25 * static_cast<double>(3 - (to - from)) *
+                           (std::abs(turns[i].y - turns[from].y) + std::abs(turns[i].y - turns[to].y));
+  if (amplitude < 20 * std::max(noise.quantum, noise.sigma)) return false;
+  if (std::abs(turns[i].curvature) < 0.4 * w * w * amplitude) return true;
+  const double side = turns[i].y > turns[i == from ? to : from].y ? 1 : -1;
+  const double step = 2 * std::sqrt(2 * (noise.quantum + 2 * noise.sigma) / amplitude);
+  const double two_samples = 2 * w / record.sampling_hz;
+  return FlatPhase(record, turns[i], w, side) > std::max(0.25, 1.5 * step + two_samples);
+}
+
+}  // namespace uiclink

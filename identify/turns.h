@@ -1,0 +1,43 @@
+#pragma once
+
+#include <cstddef>
+#include <span>
+#include <vector>
+
+#include "identify/noise.h"
+#include "identify/record.h"
+#include "identify/release.h"
+
+namespace uiclink {
+
+/// An extremum of whatever part of a record, and how well it is known.
+struct Turn : Extremum {
+  double error = 0;      ///< standard deviation of y [m]
+  double curvature = 0;  ///< [m/s^2]; 0 where no fit was possible
+};
+
+/// Samples at which the motion turns: from each it comes back by more than `least` and by 8 % of the swing before [m].
+/// Maxima and minima alternate; the first may be the first sample.
+std::vector<std::size_t> FindTurningSamples(std::span<const double> y, double least);
+
+/// Smallest distance by which a motion must come back to have turned [m]: 8 noise levels, 3 steps of the converter.
+double CalcTurnThreshold(const Noise& noise);
+
+/// Every turn of a record that stands out of the noise, located between samples.  What follows the end of the motion
+/// (swings within the noise, or out of step) is left out, as are turns at the very edges of the record.
+std::vector<Turn> FindTurns(const Record& record, const Noise& noise);
+
+/// Distance of turns i and i+1 [m].
+inline double Span(std::span<const Turn> turns, std::size_t i) {
+  const double distance = turns[i + 1].y - turns[i].y;
+  return distance < 0 ? -distance : distance;
+}
+
+/// What each cycle loses: distance of turns i, i+1 less that of i+1, i+2 [m].  Free of the zero.
+std::vector<double> CalcLosses(std::span<const Turn> turns);
+
+/// The turn is cut flat: one reading stays much longer than the converter's steps explain, or the curvature is less
+/// than half of what the swing has.  A mass that pauses where it turns looks the same.
+bool IsFlat(const Record& record, const Noise& noise, std::span<const Turn> turns, std::size_t i);
+
+}  // namespace uiclink

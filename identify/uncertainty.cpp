@@ -1,0 +1,209 @@
+#include "identify/uncertainty.h"
+
+#include <Eigen/Cholesky>
+#include <Eigen/Eigenvalues>
+#include <algorithm>
+#include <cmath>
+
+namespace uiclink {
+namespace {
+
+constexpr double kWhitenessLevel = 1e-3;  // residuals count as structured below this p-value,
+constexpr double kRmsLevel = 1.03;        // or from this rms in noise levels on: two deviations of an estimated noise
+constexpr double kUnknown = 1.0;          // a standard deviation of a factor e: the value is not determined
+constexpr int kNeighbours = 3;            // blocks (periods) over which scores may be correlated
+
+/// Variance of the sum of scores over that of white noise, averaged over the determined directions.
+double CalcScoreInflation(const Eigen::MatrixXd& projected, const Eigen::VectorXd& residuals,
+                          const Eigen::MatrixXd& information, Eigen::Index block_size) {
+  const Eigen::Index blocks = std::max<Eigen::Index>(1, projected.rows() / std::max<Eigen::Index>(1, block_size));
+  const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> eigen(information);
+  const double largest = eigen.eigenvalues().maxCoeff();
+  double sum = 0;
+  int directions = 0;
+  for (Eigen::Index d = 0; d < information.rows(); ++d) {
+    if (eigen.eigenvalues()(d) < 1e-10 * largest) continue;
+    const Eigen::VectorXd column = projected * eigen.eigenvectors().col(d);
+    Eigen::VectorXd scores(blocks);
+    for (Eigen::Index b = 0; b < blocks; ++b) {
+      const Eigen::Index from = b * block_size;
+      const Eigen::Index size = b + 1 == blocks ? projected.rows() - from : block_size;
+      scores(b) = column.segment(from, size).dot(residuals.segment(from, size));
+    }
+    double variance = scores.squaredNorm();
+    for (Eigen::Index lag = 1; lag <= std::min<Eigen::Index>(kNeighbours, blocks - 1); ++lag) {
+      const double weight = 1 - static_cast<double>(lag) / (kNeighbours + 1);
+      variance += 2 * weight * scores.head(blocks - lag).dot(scores.tail(blocks - lag));
+    }
+    sum += variance / eigen.eigenvalues()(d);
+    ++directions;
+  }
+  return directions == 0 ? 1 : sum / directions;
+}
+
+}  // namespace
+
+LinkInformation CalcInformation(const FitData& data, const Levels& levels, const Shape& shape, const Start& start,
+                                double period) {
+  const Linearisation at = Linearise(data, levels, shape, start);
+  const Eigen::Index unknowns = at.jacobian.cols();
+  const Eigen::Index link = unknowns - 3;
+  const auto by_start = at.jacobian.rightCols(3);
+  const auto by_link = at.jacobian.leftCols(link);
+  const Eigen::MatrixXd absorbed = (by_start.transpose() * by_start).ldlt().solve(by_start.transpose() * by_link);
+  const Eigen::MatrixXd projected = by_link - by_start * absorbed;
+
+  LinkInformation result;
+  result.information = projected.transpose() * projected;
+  const double n = static_cast<double>(data.size);
+  const double reduced = at.residuals.squaredNorm() / std::max(1.0, n - static_cast<double>(unknowns));
+  const std::span<const double> residuals(at.residuals.data(), data.size);
+  result.rms = data.sigma * std::sqrt(at.residuals.squaredNorm() / n);
+  result.whiteness = TestWhiteness(residuals);
+  result.effective_size = n;
+  result.variance_factor = reduced;
+  result.structured = result.whiteness.p_value < kWhitenessLevel || result.rms > kRmsLevel * data.sigma;
+  if (result.structured) {
+    result.effective_size = CalcEffectiveSize(residuals);
+    const auto block = static_cast<Eigen::Index>(std::lround(period * data.record->sampling_hz));
+    result.variance_factor = std::max(reduced, CalcScoreInflation(projected, at.residuals, result.information, block));
+  }
+  return result;
+}
+
+Eigen::MatrixXd CalcCovariance(const Eigen::MatrixXd& information, double variance_factor) {
+  const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> eigen(information);
+  Eigen::VectorXd variances(information.rows());
+  for (Eigen::Index i = 0; i < variances.size(); ++i) {
+    const double value = eigen.eigenvalues()(i);
+    const double variance = value > 0 ? variance_factor / value : kUndetermined * kUndetermined;
+    variances(i) = std::min(variance, kUndetermined * kUndetermined);
+  }
+  return eigen.eigenvectors() * variances.asDiagonal() * eigen.eigenvectors().transpose();
+}
+
+double CalcLogStd(const Oscillator<double>& link, const Eigen::MatrixXd& covariance, int quantity) {
+  const Eigen::RowVectorXd gradient = CalcLogGradient(link, quantity);
+  return std::sqrt((gradient * covariance * gradient.transpose())(0, 0));
+}
+
+Eigen::MatrixXd CalcNaturalCovariance(const Oscillator<double>& link, const Eigen::MatrixXd& covariance) {
+  const Eigen::MatrixXd d = CalcNaturalDerivatives(link);
+  return d * covariance * d.transpose();
+}
+
+std::vector<std::string> NameUnidentifiable(const Oscillator<double>& link, const Eigen::MatrixXd& covariance,
+                                            double limit) {
+  const std::vector<std::string> symbols = ParameterSymbols(link.size());
+  const auto size = static_cast<Eigen::Index>(symbols.size());
+  Eigen::VectorXd scale(size);
+  for (Eigen::Index i = 0; i < size; ++i) scale(i) = 1 / CalcQuantity(link, static_cast<int>(i));
+  const Eigen::MatrixXd logs = scale.asDiagonal() * CalcNaturalCovariance(link, covariance) * scale.asDiagonal();
+  const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> eigen(logs);
+  std::vector<std::string> names;
+  for (Eigen::Index d = size - 1; d >= 0; --d) {
+    if (eigen.eigenvalues()(d) < limit * limit) break;
+    const Eigen::VectorXd direction = eigen.eigenvectors().col(d);
+    Eigen::Index largest = 0;
+    const double peak = direction.cwiseAbs().maxCoeff(&largest);
+    std::string name;
+    for (Eigen::Index i = 0; i < size; ++i) {
+      if (std::abs(direction(i)) < 0.4 * peak) continue;  // small parts would only blur the sentence
+      const bool minus = direction(i) * direction(largest) < 0;
+      if (!name.empty()) name += minus ? " - " : " + ";
+      if (name.empty() && minus) name += "-";
+      name += symbols[static_cast<std::size_t>(i)];
+    }
+    names.push_back(name);
+  }
+  return names;
+}
+
+namespace {
+
+/// Walks one side of a profile. Distances are in the logarithm of the quantity.
+class ProfileSide {
+ public:
+  ProfileSide(std::span<const FitData> data, Sharing sharing, const FitOutcome& best, int quantity, double threshold)
+      : data_(data), sharing_(sharing), best_(best), quantity_(quantity), threshold_(threshold) {
+    const Oscillator<double> link = ToOscillator(best.state.levels[0], best.state.shape, 1.0);
+    log_best_ = std::log(CalcQuantity(link, quantity));
+  }
+
+  /// Logarithm of the bound; *open where the profile does not rise to the threshold within kFarthest.
+  double Find(double first_step, bool* open, int* evaluations) {
+    double inside = 0, inside_root = 0;  // distance and sqrt(rise) of the last point below the threshold
+    double step = first_step;
+    const double goal = std::sqrt(threshold_);
+    FitState state = best_.state;
+    for (int i = 0; i < kMaxSteps; ++i) {
+      const double distance = inside + step;
+      if (std::abs(distance) > kFarthest) break;
+      const auto [reached, root] = Evaluate(distance, &state, evaluations);
+      if (std::abs(root - goal) < kGoalTolerance * goal) return log_best_ + reached;
+      if (root > goal) {  // between the two points the root is nearly straight
+        step = (reached - inside) * (goal - inside_root) / (root - inside_root);
+        if (std::abs(step) < kGoalTolerance * std::abs(reached)) return log_best_ + inside + step;
+        state = best_.state;
+      } else {
+        const double slope = (root - inside_root) / (reached - inside);
+        step = slope * step > 0 ? (goal - root) / slope : 2 * step;
+        const double longest = 3 * std::abs(reached);  // trust the straight line no further than this
+        step = std::clamp(step, -longest, longest);
+        inside = reached;
+        inside_root = root;
+      }
+    }
+    *open = true;
+    return log_best_ + inside;
+  }
+
+ private:
+  static constexpr double kFarthest = 7;  // a factor of a thousand either way
+  static constexpr int kMaxSteps = 8;
+  static constexpr double kGoalTolerance = 0.01;  // of the half width: far below the interval's own error
+
+  std::pair<double, double> Evaluate(double distance, FitState* state, int* evaluations) {
+    FitControl control;
+    control.held = {quantity_, log_best_ + distance};
+    control.max_iterations = 10;
+    control.function_tolerance = kGoalTolerance * threshold_ / best_.chi2;
+    const FitOutcome outcome = Fit(data_, sharing_, *state, control);
+    *evaluations += outcome.evaluations;
+    *state = outcome.state;
+    const Oscillator<double> link = ToOscillator(outcome.state.levels[0], outcome.state.shape, 1.0);
+    const double reached = std::log(CalcQuantity(link, quantity_)) - log_best_;
+    return {reached, std::sqrt(std::max(0.0, outcome.chi2 - best_.chi2))};
+  }
+
+  std::span<const FitData> data_;
+  Sharing sharing_;
+  const FitOutcome& best_;
+  int quantity_;
+  double threshold_;
+  double log_best_ = 0;
+};
+
+}  // namespace
+
+Estimate ProfileQuantity(std::span<const FitData> data, Sharing sharing, const FitOutcome& best, int quantity,
+                         double log_std, double variance_factor, int* evaluations) {
+  constexpr double kChiSquare95 = 3.841458820694124;  // 95 % quantile, one degree of freedom
+  const Oscillator<double> link = ToOscillator(best.state.levels[0], best.state.shape, 1.0);
+  Estimate estimate;
+  estimate.value = CalcQuantity(link, quantity);
+  estimate.std = estimate.value * log_std;
+  if (log_std > kUnknown) {  // a walk would only find the limits of the fit
+    estimate.low_open = estimate.high_open = true;
+    estimate.low = estimate.value * std::exp(-1.96 * log_std);
+    estimate.high = estimate.value * std::exp(1.96 * log_std);
+    return estimate;
+  }
+  ProfileSide side(data, sharing, best, quantity, kChiSquare95 * variance_factor);
+  const double step = std::clamp(1.96 * log_std, 1e-8, 1.0);
+  estimate.low = std::exp(side.Find(-step, &estimate.low_open, evaluations));
+  estimate.high = std::exp(side.Find(step, &estimate.high_open, evaluations));
+  return estimate;
+}
+
+}  // namespace uiclink
