@@ -234,6 +234,16 @@ class ResolvedCost final : public ceres::CostFunction {
   double log_smallest_;
 };
 
+/// True when the sum of squares hardly fell any more when the iterations ran out: along a direction that the data do not
+/// determine a fit creeps for ever, and nothing that they do determine changes.
+bool CreptAtLast(const ceres::Solver::Summary& summary) {
+  constexpr std::size_t kLast = 10;
+  constexpr double kHardly = 1e-3;
+  const std::size_t n = summary.iterations.size();
+  if (summary.termination_type != ceres::NO_CONVERGENCE || n <= kLast) return false;
+  return summary.iterations[n - kLast - 1].cost - summary.final_cost < kHardly * summary.final_cost;
+}
+
 std::size_t SamplesWithin(const FitData& data, double seconds) {
   const auto begin = data.record->t.begin() + static_cast<std::ptrdiff_t>(data.first);
   const auto end = begin + static_cast<std::ptrdiff_t>(data.size);
@@ -291,7 +301,7 @@ class Fitter {
     if (n > 1) link.push_back(outcome_.state.shape.data());
     if (control.held)  // a pull that moves the quantity by far less than its distance from the minimum; see HoldCost
       problem.AddResidualBlock(new HoldCost(n, control.held->first, control.held->second, 1e6), nullptr, link);
-    for (std::size_t r = 0; r < (n > 1 ? outcome_.state.levels.size() : 0); ++r) {
+    for (std::size_t r = 0; r < outcome_.state.levels.size(); ++r) {
       if (!(data_[r].smallest > 0)) continue;
       link[0] = LevelsBlock(r);
       problem.AddResidualBlock(new ResolvedCost(n, data_[r].smallest), nullptr, link);
@@ -316,7 +326,7 @@ class Fitter {
     if (!last) return;
     outcome_.evaluations = 0;
     for (const Workspace<n>& workspace : workspaces_) outcome_.evaluations += workspace.evaluations;
-    outcome_.converged = summary.termination_type == ceres::CONVERGENCE;
+    outcome_.converged = summary.termination_type == ceres::CONVERGENCE || CreptAtLast(summary);
     outcome_.message = outcome_.converged ? "" : summary.message;
     outcome_.chi2_of_record.clear();
     outcome_.chi2 = 0;

@@ -12,7 +12,8 @@
 namespace uiclink {
 namespace {
 
-constexpr double kSameMinimum = 1e-3;  // relative difference of the sum of squares that still is the same minimum
+constexpr double kSameMinimum = 1e-3;     // relative difference of the sum of squares that still is the same minimum
+constexpr double kRollsThroughout = 0.9;  // last over first amplitude of a decay that never slides
 constexpr double kStartSpreads[] = {2.5, 8};  // ratios of critical displacements from which several sliders start
 
 FitState MakeState(const Oscillator<double>& link, const Start& start) {
@@ -104,6 +105,13 @@ std::vector<Estimate> EstimateQuantities(const FitData& data, const LinkInformat
   return estimates;
 }
 
+/// No half swing stands out, and all of them together lose next to nothing: friction that holds all the time does not
+/// show. A slow decay that does lose amplitude goes on to the fit.
+bool OnlyRolls(const Phases& phases) {
+  const double first = 0.5 * std::abs(phases.extrema[0].y - phases.extrema[1].y);
+  return phases.rolling_start == 0 && phases.late_amplitude > kRollsThroughout * first;
+}
+
 /// A decay that only rolls determines k + sum k_i, and nothing about the friction.
 std::string NeverSlides(const Phases& phases, double g) {
   const std::vector<Extremum>& e = phases.extrema;
@@ -123,7 +131,7 @@ void PrepareRecord(const SineFitOptions& options, RecordResult* result) {
   result->phases = FindPhases(result->record, result->noise);
   result->used = result->phases.usable;
   result->reason = result->phases.reason;
-  if (result->used && result->phases.rolling_start == 0) {
+  if (result->used && OnlyRolls(result->phases)) {
     result->used = false;
     result->reason = NeverSlides(result->phases, result->record.g);
   }

@@ -50,15 +50,23 @@ std::size_t FindRollingStart(std::span<const Turn> turns, std::span<const double
   return start < losses.size() ? start : turns.size();
 }
 
-/// Flat extrema among those from `first` on, at the record's highest or lowest reading: a motion that pauses where it
-/// turns, or comes to rest, is flat as well, but at any level.
+/// Extrema that the sensor cut, among those from `first` on: flat at the record's highest or lowest reading. A motion
+/// that pauses where it turns, or comes to rest, is flat at any level; one single turn that is hardly curved may be the
+/// motion's own (a pendulum near its top).
 std::vector<std::size_t> FindCut(const Record& record, const Noise& noise, std::span<const Turn> turns,
                                  std::size_t first) {
   const auto [low, high] = std::minmax_element(record.y.begin(), record.y.end());
   const double within = 4 * noise.sigma + noise.quantum;
   std::vector<std::size_t> cut;
-  for (std::size_t i = first; i < turns.size(); ++i)
-    if (std::min(*high - turns[i].y, turns[i].y - *low) <= within && IsFlat(record, noise, turns, i)) cut.push_back(i);
+  bool sure = false;
+  for (std::size_t i = first; i < turns.size(); ++i) {
+    if (std::min(*high - turns[i].y, turns[i].y - *low) > within) continue;
+    const Flatness flatness = FindFlatness(record, noise, turns, i);
+    if (flatness == Flatness::kRound) continue;
+    cut.push_back(i);
+    sure = sure || flatness == Flatness::kOneReading || cut.size() > 1;
+  }
+  if (!sure) cut.clear();
   return cut;
 }
 
@@ -219,9 +227,11 @@ std::string FindFault(const Record& record, const Noise& noise, const Swings& sw
   const bool pushed = before.still.size > 0 || swings.start > 0;
   const double samples = SamplesPerPeriod(record, e);
   if (samples < kMinSamplesPerPeriod) return TooCoarse(samples);
+  if (e.size() < 3) return TooFew(*phases, pushed);
   // A cut extremum right before the decay may be free as well: its size is unknown.
   std::size_t first = swings.start;
-  while (!before.held && first > 0 && first < swings.turns.size() && IsFlat(record, noise, swings.turns, first - 1))
+  while (!before.held && first > 0 && first < swings.turns.size() &&
+         FindFlatness(record, noise, swings.turns, first - 1) != Flatness::kRound)
     --first;
   const std::vector<std::size_t> cut = FindCut(record, noise, swings.turns, first);
   phases->clipped = !cut.empty();

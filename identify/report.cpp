@@ -63,6 +63,7 @@ std::string FormatRecords(const Identification& id) {
 }
 
 std::string FormatPopulation(const Population& population, double unit = 1) {
+  if (!(population.spread > 0)) return fmt::format("{:.4g}", population.mean / unit);  // one record has no spread
   return fmt::format("{} ± {}", Round(population.mean / unit, population.spread / unit),
                      Round(population.spread / unit, population.spread / unit));
 }
@@ -157,10 +158,22 @@ std::string FormatSharing(const Identification& id) {
     return fmt::format("  The records share one link (test of equal k, sum ki, sum T0i: p = {:.2g}); one joint fit.\n",
                        id.sharing.p_value);
   return fmt::format(
-      "  The records do not share one link (p = {:.1g}): each has its own values, the table gives mean and spread;\n"
+      "  The records do not share one link ({}): each has its own values, the table gives mean and spread;\n"
       "  std and bounds belong to the mean.{}\n",
-      id.sharing.p_value,
+      id.sharing.p_value < 1e-6 ? "p < 1e-6" : fmt::format("p = {:.1g}", id.sharing.p_value),
       id.sliders > 1 ? " How stiffness and friction are spread over the sliders is common to all." : "");
+}
+
+/// k and the sums, as far as their bounds are closed.
+std::string ListDetermined(const Identification& id) {
+  std::string names;
+  for (const int q : {0, SumOfStiffness(id.sliders), SumOfFriction(id.sliders)}) {
+    const Estimate& e = id.quantities[static_cast<std::size_t>(q)];
+    if (e.low_open || e.high_open || e.std > 0.5 * e.value) continue;
+    const int listed = id.sliders > 1 || q == 0 ? q : q - 2;  // with one slider the sums are k1 and T01
+    names += (names.empty() ? "" : ", ") + QuantityName(id.sliders, listed);
+  }
+  return names;
 }
 
 std::string FormatTrust(const Identification& id) {
@@ -170,15 +183,16 @@ std::string FormatTrust(const Identification& id) {
   if (starts > 0) text += fmt::format("  {} of {} scattered starts end at the same minimum.\n", agreeing, starts);
   text += fmt::format("  rms {:.4f} mm, noise {:.4f} mm, rms/noise {:.2f}: ", 1e3 * id.rms, 1e3 * id.noise,
                       id.rms / id.noise);
-  text += id.rms < 1.05 * id.noise ? "the model explains the records down to their noise.\n"
-                                   : "the model leaves structure in the residuals; the bounds are\n  widened for it, "
-                                     "but what the model lacks may "
-                                     "shift every value.\n";
+  text += id.rms < 1.05 * id.noise
+              ? "the model explains the records down to their noise.\n"
+              : "the model leaves structure in the residuals.\n"
+                "  What it lacks may shift every value; the bounds hold what parts of the records give, but not its cause.\n";
   if (!id.unidentifiable.empty()) {
     text += "  Not determined by these records: ";
     for (std::size_t i = 0; i < id.unidentifiable.size(); ++i) text += (i == 0 ? "" : "; ") + id.unidentifiable[i];
-    text +=
-        fmt::format(".\n  Determined are k, sum ki{} to the stated bounds.\n", id.sliders > 1 ? " and sum T0i" : "");
+    text += ".\n";
+    const std::string determined = ListDetermined(id);
+    if (!determined.empty()) text += "  Determined, to the stated bounds: " + determined + ".\n";
   }
   for (const std::string& warning : id.warnings) text += "  warning: " + warning + "\n";
   return text;

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <numbers>
 #include <optional>
 
@@ -52,7 +53,11 @@ std::vector<Turn> LocateAll(const Record& record, const Noise& noise, const std:
   const std::size_t n = samples.size();
   for (std::size_t i = 0; i < n && n > 1; ++i) {
     const std::size_t before = samples[i > 0 ? i - 1 : i], after = samples[i + 1 < n ? i + 1 : i];
-    const double half_period = (record.t[after] - record.t[before]) / (i > 0 && i + 1 < n ? 2 : 1);
+    // The shorter of the two half swings: the mass may have been held, or at rest, before the other.
+    const double half_period =
+        i == 0       ? record.t[after] - record.t[samples[i]]
+        : i + 1 == n ? record.t[samples[i]] - record.t[before]
+                     : std::min(record.t[after] - record.t[samples[i]], record.t[samples[i]] - record.t[before]);
     const double y = record.y[samples[i]];
     const double amplitude = 0.5 * std::max(std::abs(y - record.y[before]), std::abs(y - record.y[after]));
     const std::optional<Turn> turn = Locate(record, noise, samples[i], half_period, amplitude);
@@ -73,8 +78,10 @@ void CutRest(const Noise& noise, std::vector<Turn>* turns) {
   for (std::size_t i = largest + 1; i + 1 < turns->size(); ++i) {
     const Turn *a = &(*turns)[i - 1], *b = a + 1, *c = a + 2;
     const double ratio = (c->t - b->t) / (b->t - a->t);
-    // One half swing to the next changes by a fifth at most where joints stop sliding; the margin is for a last creep.
-    if (Span(*turns, i) < SmallestSwing(noise) || ratio < 0.45 || ratio > 1.8) {
+    // One half swing to the next changes by a third at most where joints stop sliding; the margin is for a last creep.
+    // The largest may have been held for any time.
+    const bool out_of_step = i > largest + 1 && (ratio < 0.45 || ratio > 1.8);
+    if (Span(*turns, i) < SmallestSwing(noise) || out_of_step) {
       turns->resize(i + 1);
       return;
     }
@@ -142,17 +149,25 @@ std::vector<double> CalcLosses(std::span<const Turn> turns) {
   return losses;
 }
 
-bool IsFlat(const Record& record, const Noise& noise, std::span<const Turn> turns, std::size_t i) {
-  const std::size_t from = i > 0 ? i - 1 : 0, to = std::min(i + 1, turns.size() - 1);
-  const double w = std::numbers::pi * static_cast<double>(to - from) / (turns[to].t - turns[from].t);
-  const double amplitude = 0.25 * static_cast<double>(3 - (to - from)) *
-                           (std::abs(turns[i].y - turns[from].y) + std::abs(turns[i].y - turns[to].y));
-  if (amplitude < 20 * std::max(noise.quantum, noise.sigma)) return false;
-  if (std::abs(turns[i].curvature) < 0.4 * w * w * amplitude) return true;
-  const double side = turns[i].y > turns[i == from ? to : from].y ? 1 : -1;
+Flatness FindFlatness(const Record& record, const Noise& noise, std::span<const Turn> turns, std::size_t i) {
+  if (turns.size() < 2) return Flatness::kRound;
+  double half_period = std::numeric_limits<double>::infinity(), amplitude = 0;
+  std::size_t neighbours = 0;
+  double side = 0;
+  for (const std::size_t j : {i - 1, i + 1}) {
+    if (j >= turns.size()) continue;  // i - 1 of the first wraps round
+    half_period = std::min(half_period, std::abs(turns[j].t - turns[i].t));
+    amplitude += 0.5 * std::abs(turns[j].y - turns[i].y);
+    side = turns[i].y > turns[j].y ? 1 : -1;
+    ++neighbours;
+  }
+  amplitude /= static_cast<double>(neighbours);
+  const double w = std::numbers::pi / half_period;
+  if (amplitude < 20 * std::max(noise.quantum, noise.sigma)) return Flatness::kRound;
   const double step = 2 * std::sqrt(2 * (noise.quantum + 2 * noise.sigma) / amplitude);
   const double two_samples = 2 * w / record.sampling_hz;
-  return FlatPhase(record, turns[i], w, side) > std::max(0.25, 1.5 * step + two_samples);
+  if (FlatPhase(record, turns[i], w, side) > std::max(0.25, 1.5 * step + two_samples)) return Flatness::kOneReading;
+  return std::abs(turns[i].curvature) < 0.4 * w * w * amplitude ? Flatness::kHardlyCurved : Flatness::kRound;
 }
 
 }  // namespace uiclink

@@ -36,8 +36,13 @@ inline double Span(std::span<const Turn> turns, std::size_t i) {
 /// What each cycle loses: distance of turns i, i+1 less that of i+1, i+2 [m].  Free of the zero.
 std::vector<double> CalcLosses(std::span<const Turn> turns);
 
-/// The turn is cut flat: one reading stays much longer than the converter's steps explain, or the curvature is less
-/// than half of what the swing has.  A mass that pauses where it turns looks the same.
-bool IsFlat(const Record& record, const Noise& noise, std::span<const Turn> turns, std::size_t i);
+/// How flat a motion is where it turns.
+enum class Flatness {
+  kRound,
+  kHardlyCurved,  ///< less than half the curvature of its swing: cut before the noise came in, or a very soft spring
+  kOneReading,    ///< one reading stays much longer than the converter's steps explain: cut, or at rest for a while
+};
+
+Flatness FindFlatness(const Record& record, const Noise& noise, std::span<const Turn> turns, std::size_t i);
 
 }  // namespace uiclink
