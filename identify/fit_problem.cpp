@@ -7,6 +7,7 @@
 #include <limits>
 #include <memory>
 
+#include "identify/compressed_rows.h"
 #include "model/event_solver.h"
 #include "model/trajectory.h"
 
@@ -88,85 +89,129 @@ Oscillator<Dual<2 * n + 2>> SeedDerivatives(const Oscillator<double>& link) {
   return dual;
 }
 
-/// Memory of one record's evaluations, kept from call to call.
+/// The residuals of one record [m] and their derivatives, column after column; memory that is kept from call to call.
 template <int n>
-struct Workspace {
-  static constexpr int kDuals = 2 * n + 2;
-  Trajectory<double> plain;
-  Trajectory<Dual<kDuals>> dual;
-  std::vector<double> y, v, dy, times;
-  int evaluations = 0;
+class RecordColumns {
+ public:
+  static constexpr int kDuals = 2 * n + 2;                          // levels, shape, y0
+  static constexpr int kUnknowns = kLevels + 2 * (n - 1) + kStart;  // and t0, offset
+
+  int evaluations() const { return evaluations_; }
+
+  /// Residuals model - reading of the first `size` samples. @returns false where the model has no solution.
+  bool Evaluate(const FitData& data, std::size_t size, const Oscillator<double>& link, const double* start) {
+    Resize(size);
+    const SampleTimes times = TimesSince(data, size, start[1], &times_);
+    if (Solve(link, AtExtremum(link, start[0]), Duration(times), &plain_) != SolveStatus::kOk) return false;
+    CalcDisplacements(plain_, times, Residuals());
+    Subtract(data, start[2]);
+    return true;
+  }
+
+  /// Derivatives as well, by (levels, shape, start).
+  bool EvaluateWithDerivatives(const FitData& data, std::size_t size, const Oscillator<double>& link,
+                               const double* start) {
+    Resize(size);
+    const SampleTimes times = TimesSince(data, size, start[1], &times_);
+    const Oscillator<Dual<kDuals>> dual = SeedDerivatives<n>(link);
+    const State<Dual<kDuals>> state = AtExtremum(dual, Dual<kDuals>(start[0], kDuals - 1));
+    if (Solve(dual, state, Duration(times), &dual_) != SolveStatus::kOk) return false;
+    const std::span<double> by_t0 = Column(kDuals), by_offset = Column(kDuals + 1);
+    CalcDisplacements(dual_, times, Residuals(), by_t0, {columns_.data(), size_ * kDuals});
+    for (double& v : by_t0) v = -v;
+    std::fill(by_offset.begin(), by_offset.end(), 1.0);
+    Subtract(data, start[2]);
+    return true;
+  }
+
+  /// Derivatives, kUnknowns columns, and beside them the residuals.
+  Eigen::Map<Eigen::Matrix<double, Eigen::Dynamic, kUnknowns + 1>> Map() {
+    return {columns_.data(), static_cast<Eigen::Index>(size_), kUnknowns + 1};
+  }
+
+ private:
+  static double Duration(const SampleTimes& times) { return std::max(0.0, times[times.size - 1]); }
+
+  void Resize(std::size_t size) {
+    ++evaluations_;
+    size_ = size;
+    columns_.resize(size * (kUnknowns + 1));
+  }
+
+  std::span<double> Column(int i) { return {columns_.data() + static_cast<std::size_t>(i) * size_, size_}; }
+  std::span<double> Residuals() { return Column(kUnknowns); }
+
+  /// From displacements to residuals.
+  void Subtract(const FitData& data, double offset) {
+    const double* reading = data.record->y.data() + data.first;
+    const std::span<double> residuals = Residuals();
+    for (std::size_t i = 0; i < size_; ++i) residuals[i] += offset - reading[i];
+  }
+
+  Trajectory<double> plain_;
+  Trajectory<Dual<kDuals>> dual_;
+  std::vector<double> columns_, times_;
+  std::size_t size_ = 0;
+  int evaluations_ = 0;
 };
 
-/// Residuals (model - reading)/sigma of one record over blocks levels, shape (absent for one slider), start.
+/// Residuals (model - reading)/sigma of one record over blocks levels, shape (absent for one slider), start, compressed
+/// to as many rows as there are unknowns and one more.
 template <int n>
 class RecordCost final : public ceres::CostFunction {
  public:
-  RecordCost(const FitData& data, std::size_t size, Workspace<n>* workspace)
-      : data_(data), size_(size), workspace_(*workspace) {
-    set_num_residuals(static_cast<int>(size));
+  RecordCost(const FitData& data, std::size_t size, RecordColumns<n>* columns)
+      : data_(data), size_(size), columns_(*columns) {
+    set_num_residuals(p + 1);
     mutable_parameter_block_sizes()->push_back(kLevels);
     if constexpr (n > 1) mutable_parameter_block_sizes()->push_back(2 * (n - 1));
     mutable_parameter_block_sizes()->push_back(kStart);
-    workspace_.y.resize(size);
-    workspace_.v.resize(size);
-    workspace_.dy.resize(size * Workspace<n>::kDuals);
   }
 
   bool Evaluate(double const* const* parameters, double* residuals, double** jacobians) const override {
-    ++workspace_.evaluations;
     constexpr std::size_t kStartBlock = n > 1 ? 2 : 1;
     const double* start = parameters[kStartBlock];
     const Oscillator<double> link = MakeLink(parameters[0], n > 1 ? parameters[1] : nullptr, n, data_.g);
-    const SampleTimes times = TimesSince(data_, size_, start[1], &workspace_.times);
-    const double duration = std::max(0.0, times[size_ - 1]);
-    if (jacobians == nullptr) {
-      if (Solve(link, AtExtremum(link, start[0]), duration, &workspace_.plain) != SolveStatus::kOk) return false;
-      CalcDisplacements(workspace_.plain, times, workspace_.y);
-    } else {
-      constexpr int N = Workspace<n>::kDuals;
-      const Oscillator<Dual<N>> dual = SeedDerivatives<n>(link);
-      const State<Dual<N>> state = AtExtremum(dual, Dual<N>(start[0], N - 1));
-      if (Solve(dual, state, duration, &workspace_.dual) != SolveStatus::kOk) return false;
-      CalcDisplacements(workspace_.dual, times, workspace_.y, workspace_.v, workspace_.dy);
-      FillJacobians(jacobians[0], n > 1 ? jacobians[1] : nullptr, jacobians[kStartBlock]);
+    Eigen::Map<Eigen::Matrix<double, p + 1, 1>> rows(residuals);
+    if (jacobians == nullptr) {  // only the sum of squares is asked for
+      if (!columns_.Evaluate(data_, size_, link, start)) return false;
+      rows.setZero();
+      rows(p) = columns_.Map().col(p).norm() / data_.sigma;
+      return true;
     }
-    const double* reading = data_.record->y.data() + data_.first;
-    const double weight = 1 / data_.sigma;
-    for (std::size_t i = 0; i < size_; ++i) residuals[i] = weight * (start[2] + workspace_.y[i] - reading[i]);
+    if (!columns_.EvaluateWithDerivatives(data_, size_, link, start)) return false;
+    const CompressedRows<p> compressed = Compress<p>(CalcGram());
+    rows << compressed.residuals, compressed.rest;
+    CopyColumns<0, kLevels>(compressed, jacobians[0]);
+    if constexpr (n > 1) CopyColumns<kLevels, 2 * (n - 1)>(compressed, jacobians[1]);
+    CopyColumns<p - kStart, kStart>(compressed, jacobians[kStartBlock]);
     return true;
   }
 
  private:
-  const double* Column(int dual) const { return workspace_.dy.data() + static_cast<std::size_t>(dual) * size_; }
+  static constexpr int p = RecordColumns<n>::kUnknowns;
 
-  /// From columns to the rows that Ceres wants.
-  void FillRows(int first_dual, int width, double* rows) const {
-    const double weight = 1 / data_.sigma;
-    for (int c = 0; c < width; ++c) {
-      const double* column = Column(first_dual + c);
-      for (std::size_t i = 0; i < size_; ++i)
-        rows[i * static_cast<std::size_t>(width) + static_cast<std::size_t>(c)] = weight * column[i];
-    }
+  /// Lower triangle of [J r]'[J r], in units of sigma.
+  Eigen::Matrix<double, p + 1, p + 1> CalcGram() const {
+    Eigen::Matrix<double, p + 1, p + 1> gram = Eigen::Matrix<double, p + 1, p + 1>::Zero();
+    const auto columns = columns_.Map();
+    for (int j = 0; j <= p; ++j)
+      gram.col(j).tail(p + 1 - j).noalias() = columns.rightCols(p + 1 - j).transpose() * columns.col(j);
+    return gram / (data_.sigma * data_.sigma);
   }
 
-  void FillJacobians(double* levels, double* shape, double* start) const {
-    constexpr int kShape = 2 * (n - 1);
-    if (levels != nullptr) FillRows(0, kLevels, levels);
-    if (n > 1 && shape != nullptr) FillRows(kLevels, kShape, shape);
-    if (start == nullptr) return;
-    const double weight = 1 / data_.sigma;
-    const double* by_y0 = Column(kLevels + kShape);
-    for (std::size_t i = 0; i < size_; ++i) {
-      start[kStart * i] = weight * by_y0[i];
-      start[kStart * i + 1] = -weight * workspace_.v[i];
-      start[kStart * i + 2] = weight;
-    }
+  /// Columns of R and a row of zeros for the rest, the way Ceres wants them; nothing for a block that is held.
+  template <int first, int width>
+  static void CopyColumns(const CompressedRows<p>& compressed, double* block) {
+    if (block == nullptr) return;
+    Eigen::Map<Eigen::Matrix<double, p + 1, width, Eigen::RowMajor>> rows(block);
+    rows.template topRows<p>() = compressed.jacobian.template middleCols<width>(first);
+    rows.template bottomRows<1>().setZero();
   }
 
   FitData data_;
   std::size_t size_;
-  Workspace<n>& workspace_;
+  RecordColumns<n>& columns_;
 };
 
 /// Keeps the logarithm of a quantity near a value. At the minimum the point lies on the profile of the quantity, at
@@ -234,8 +279,8 @@ class ResolvedCost final : public ceres::CostFunction {
   double log_smallest_;
 };
 
-/// True when the sum of squares hardly fell any more when the iterations ran out: along a direction that the data do not
-/// determine a fit creeps for ever, and nothing that they do determine changes.
+/// True when the sum of squares hardly fell any more when the iterations ran out: along a direction that the data do
+/// not determine a fit creeps for ever, and nothing that they do determine changes.
 bool CreptAtLast(const ceres::Solver::Summary& summary) {
   constexpr std::size_t kLast = 10;
   constexpr double kHardly = 1e-3;
@@ -255,7 +300,7 @@ template <int n>
 class Fitter {
  public:
   Fitter(std::span<const FitData> data, Sharing sharing, const FitState& initial)
-      : data_(data), sharing_(sharing), workspaces_(data.size()), outcome_{.state = initial} {}
+      : data_(data), sharing_(sharing), columns_(data.size()), outcome_{.state = initial} {}
 
   FitOutcome Run(const FitControl& control) {
     for (const double window : control.window_s) {
@@ -289,7 +334,7 @@ class Fitter {
       if (n > 1) parameters.push_back(outcome_.state.shape.data());
       parameters.push_back(outcome_.state.starts[r].data());
       blocks.push_back(problem.AddResidualBlock(
-          new RecordCost<n>(data_[r], std::min(sizes[r], data_[r].size), &workspaces_[r]), nullptr, parameters));
+          new RecordCost<n>(data_[r], std::min(sizes[r], data_[r].size), &columns_[r]), nullptr, parameters));
       // The starts of the records are independent of each other given the link: they are eliminated first.
       ordering->AddElementToGroup(parameters.back(), 0);
       for (std::size_t i = 0; i + 1 < parameters.size(); ++i) ordering->AddElementToGroup(parameters[i], 1);
@@ -325,7 +370,7 @@ class Fitter {
     outcome_.window_levels.push_back(outcome_.state.levels[0]);
     if (!last) return;
     outcome_.evaluations = 0;
-    for (const Workspace<n>& workspace : workspaces_) outcome_.evaluations += workspace.evaluations;
+    for (const RecordColumns<n>& columns : columns_) outcome_.evaluations += columns.evaluations();
     outcome_.converged = summary.termination_type == ceres::CONVERGENCE || CreptAtLast(summary);
     outcome_.message = outcome_.converged ? "" : summary.message;
     outcome_.chi2_of_record.clear();
@@ -375,36 +420,23 @@ class Fitter {
 
   std::span<const FitData> data_;
   Sharing sharing_;
-  std::vector<Workspace<n>> workspaces_;
+  std::vector<RecordColumns<n>> columns_;
   FitOutcome outcome_;
 };
 
 template <int n>
 Linearisation LineariseWith(const FitData& data, const Levels& levels, const Shape& shape, const Start& start) {
-  using RowMajor = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;
-  const auto rows = static_cast<Eigen::Index>(data.size);
-  Workspace<n> workspace;
-  const RecordCost<n> cost(data, data.size, &workspace);
-  RowMajor by_levels(rows, kLevels), by_shape(rows, std::max(1, 2 * (n - 1))), by_start(rows, kStart);
-  Linearisation result;
-  result.residuals.resize(rows);
-  std::vector<const double*> parameters = {levels.data()};
-  std::vector<double*> jacobians = {by_levels.data()};
-  if (n > 1) {
-    parameters.push_back(shape.data());
-    jacobians.push_back(by_shape.data());
+  RecordColumns<n> columns;
+  const Oscillator<double> link = ToOscillator(levels, shape, data.g);
+  const bool solved = columns.EvaluateWithDerivatives(data, data.size, link, start.data());
+  constexpr int kUnknowns = RecordColumns<n>::kUnknowns;
+  if (!solved) {
+    const auto rows = static_cast<Eigen::Index>(data.size);
+    return {.jacobian = Eigen::MatrixXd::Zero(rows, kUnknowns),
+            .residuals = Eigen::VectorXd::Constant(rows, std::numeric_limits<double>::infinity())};
   }
-  parameters.push_back(start.data());
-  jacobians.push_back(by_start.data());
-  result.jacobian.setZero(rows, kLevels + 2 * (n - 1) + kStart);
-  if (!cost.Evaluate(parameters.data(), result.residuals.data(), jacobians.data())) {
-    result.residuals.setConstant(std::numeric_limits<double>::infinity());
-    return result;
-  }
-  result.jacobian.leftCols(kLevels) = by_levels;
-  if (n > 1) result.jacobian.middleCols(kLevels, 2 * (n - 1)) = by_shape.leftCols(2 * (n - 1));
-  result.jacobian.rightCols(kStart) = by_start;
-  return result;
+  return {.jacobian = columns.Map().template leftCols<kUnknowns>() / data.sigma,
+          .residuals = columns.Map().col(kUnknowns) / data.sigma};
 }
 
 /// Calls use.template operator()<n>() for the number of sliders.

@@ -64,7 +64,7 @@ std::vector<std::size_t> FindCut(const Record& record, const Noise& noise, std::
     const Flatness flatness = FindFlatness(record, noise, turns, i);
     if (flatness == Flatness::kRound) continue;
     cut.push_back(i);
-    sure = sure || flatness == Flatness::kOneReading || cut.size() > 1;
+    sure = sure || flatness == Flatness::kOneLevel || cut.size() > 1;
   }
   if (!sure) cut.clear();
   return cut;

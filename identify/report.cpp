@@ -52,10 +52,10 @@ std::string FormatRecords(const Identification& id) {
   for (const RecordResult& r : id.records) {
     if (!r.used) continue;
     const int stiffness = SumOfStiffness(r.link.size()), friction = SumOfFriction(r.link.size());
-    table.AddRow({FileName(r.record.file), fmt::format("{:.2f}", r.phases.release_s), Millimetres(r.start[0], 2),
-                  Millimetres(r.noise.sigma, 4), r.sine ? fmt::format("{:.3f}", r.sine->k) : "-",
-                  r.sine ? fmt::format("{:.3f}", r.sine->sum_ki) : "-", fmt::format("{:.4f}", r.link.k),
-                  fmt::format("{:.4f}", CalcQuantity(r.link, stiffness)),
+    table.AddRow({FileName(r.record.file), fmt::format("{:.2f}", r.phases.release_s),
+                  Millimetres(r.phases.extrema[0].y - r.start[2], 2), Millimetres(r.noise.sigma, 4),
+                  r.sine ? fmt::format("{:.3f}", r.sine->k) : "-", r.sine ? fmt::format("{:.3f}", r.sine->sum_ki) : "-",
+                  fmt::format("{:.4f}", r.link.k), fmt::format("{:.4f}", CalcQuantity(r.link, stiffness)),
                   fmt::format("{:.5f}", CalcQuantity(r.link, friction)), Millimetres(r.start[2], 3),
                   Millimetres(r.rms, 4), fmt::format("{:.2f}", r.rms / r.noise.sigma)});
   }
@@ -103,39 +103,39 @@ std::string FormatParameters(const Identification& id) {
   return table.Format(2);
 }
 
-/// The published k by the number of the extremum that it was read from: the built-in test for its bias.
-std::string FormatBias(const Identification& id) {
-  struct Bin {
-    double extremum = 0, published = 0, expected = 0;
-    int arcs = 0;
-  };
-  std::vector<Bin> bins;
-  double published = 0, expected = 0;
+/// The published k by the number of the extremum that it was read from.
+struct BiasBin {
+  double extremum = 0, published = 0, expected = 0;  // sums over the arcs
   int arcs = 0;
+};
+
+std::vector<BiasBin> BinBias(const Identification& id) {
+  std::vector<BiasBin> bins;
   for (const RecordResult& r : id.records) {
     if (!r.used || !r.sine) continue;
     for (std::size_t i = 0; i < r.sine->arcs.size(); ++i) {
       const SlidingArc& arc = r.sine->arcs[i];
-      const double bias = CalcExpectedBias(id, *r.sine, arc);
       if (bins.size() <= i) bins.resize(i + 1);
       bins[i].extremum += arc.extremum;
       bins[i].published += arc.k_published;
-      bins[i].expected += bias;
+      bins[i].expected += CalcExpectedBias(id, *r.sine, arc);
       ++bins[i].arcs;
-      published += arc.k_published;
-      expected += bias;
-      ++arcs;
     }
   }
-  if (arcs == 0) return "";
+  return bins;
+}
+
+/// The built-in test for the bias of the method: a stiffness cannot depend on the extremum that it is read from.
+std::string FormatBias(const Identification& id) {
+  const std::vector<BiasBin> bins = BinBias(id);
+  if (bins.empty()) return "";
+  const double shift = CalcQuantity(id.link, SumOfFriction(id.sliders)) / id.link.k;
   std::string text = fmt::format(
-      "  Bias of the published method: it reads k = {:.2f}, {:.0f} % above the fit. It fits a sine about zero, but "
-      "while\n"
-      "  the joints slide the centre of the motion sits at -+T0/k = {:.1f} mm; the closed form expects {:+.0f} % for "
-      "these arcs.\n",
-      published / arcs, 100 * (published / arcs / id.link.k - 1),
-      1e3 * CalcQuantity(id.link, SumOfFriction(id.sliders)) / id.link.k, 100 * expected / arcs);
-  text += "  The published k depends on the extremum that it is read from, which a stiffness cannot:\n";
+      "  Bias of the published method: from the largest extremum it reads k = {:.2f}, {:.0f} % above the fit. It fits "
+      "a\n"
+      "  sine about zero, but while the joints slide the centre of the motion sits at -+T0/k = {:.1f} mm; the closed\n"
+      "  form expects {:+.0f} %. Its k depends on the extremum that it is read from, which a stiffness cannot:\n",
+      id.sine.k.mean, 100 * (id.sine.k.mean / id.link.k - 1), 1e3 * shift, 100 * bins[0].expected / bins[0].arcs);
   TextTable table;
   table.AddColumn("extremum", TextTable::Align::kLeft);
   table.AddColumn("records");
@@ -143,8 +143,7 @@ std::string FormatBias(const Identification& id) {
   table.AddColumn("published k\n[1/m]");
   table.AddColumn("expected k\n[1/m]");
   for (std::size_t i = 0; i < bins.size(); ++i) {
-    const Bin& bin = bins[i];
-    if (bin.arcs == 0) continue;
+    const BiasBin& bin = bins[i];
     table.AddRow({fmt::format("no. {}", i + 1), fmt::format("{}", bin.arcs), Millimetres(bin.extremum / bin.arcs, 1),
                   fmt::format("{:.2f}", bin.published / bin.arcs),
                   fmt::format("{:.2f}", id.link.k * (1 + bin.expected / bin.arcs))});
@@ -183,10 +182,10 @@ std::string FormatTrust(const Identification& id) {
   if (starts > 0) text += fmt::format("  {} of {} scattered starts end at the same minimum.\n", agreeing, starts);
   text += fmt::format("  rms {:.4f} mm, noise {:.4f} mm, rms/noise {:.2f}: ", 1e3 * id.rms, 1e3 * id.noise,
                       id.rms / id.noise);
-  text += id.rms < 1.05 * id.noise
-              ? "the model explains the records down to their noise.\n"
-              : "the model leaves structure in the residuals.\n"
-                "  What it lacks may shift every value; the bounds hold what parts of the records give, but not its cause.\n";
+  text += id.rms < 1.05 * id.noise ? "the model explains the records down to their noise.\n"
+                                   : "the model leaves structure in the residuals.\n"
+                                     "  What it lacks may shift every value; the bounds hold what parts of the records "
+                                     "give, but not its cause.\n";
   if (!id.unidentifiable.empty()) {
     text += "  Not determined by these records: ";
     for (std::size_t i = 0; i < id.unidentifiable.size(); ++i) text += (i == 0 ? "" : "; ") + id.unidentifiable[i];

@@ -63,6 +63,7 @@ Json RecordToJson(const RecordResult& r, const Identification& id) {
   json["quantum_mm"] = 1e3 * r.noise.quantum;
   json["offset_mm"] = 1e3 * r.start[2];
   if (r.phases.rest_size > 0) json["rest_mm"] = 1e3 * r.phases.rest_level;
+  json["extremum_mm"] = 1e3 * (r.phases.extrema[0].y - r.start[2]);
   json["start_amplitude_mm"] = 1e3 * r.start[0];
   if (r.sine) json["sine_fit"] = SineToJson(r, id);
   Json fit;

@@ -156,19 +156,16 @@ std::optional<SineFit> FitSine(const Record& record, const Phases& phases, const
   if (!FindRollingFrequency(record, phases, options.rolling_periods, &fit)) return std::nullopt;
 
   std::vector<ArcWindow> windows;
-  double sum_w = 0, sum_k = 0;
   for (std::size_t i = 0; i < phases.rolling_start; ++i) {
     std::optional<SlidingArc> arc = FitPublished(record, phases, fit, i);
     if (!arc) continue;
     windows.push_back(FindWindow(record, phases, fit.cutoff, i));
     FitArcByItself(record, windows.back(), fit.zero, &*arc);
-    sum_w += arc->omega_published;
-    sum_k += arc->k_published;
     fit.arcs.push_back(*arc);
   }
   if (fit.arcs.empty()) return std::nullopt;
-  fit.omega_sliding = sum_w / static_cast<double>(fit.arcs.size());
-  fit.k = sum_k / static_cast<double>(fit.arcs.size());
+  fit.omega_sliding = fit.arcs[0].omega_published;
+  fit.k = fit.arcs[0].k_published;
   fit.sum_ki = Square(fit.omega_rolling) / record.g - fit.k;
   FitCorrected(record, windows, &fit);
   FindT0(phases, &fit);

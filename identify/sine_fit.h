@@ -37,6 +37,8 @@ struct SlidingArc {
 /// Published: a sine about zero, w = (acos(c/a)) / |t2 - t1| through the cut-off point (t1, c) and the extremum
 /// (t2, a); while the joints slide the centre is at -+T0/k instead, so k comes out high, the more the smaller the
 /// extremum (CalcPublishedBias).  That dependence is visible in `arcs`.  Both points are located between samples.
+/// The value of a record is that of its first and largest extremum, where the thesis reads it ("a single extremum prior
+/// to pure rolling"); a mean over all arcs would mix different biases.
 ///
 /// Corrected: one frequency, one zero and one shift o = T0/k for all arcs together, an amplitude and a phase for each
 /// (identify/sliding_arc.h).  Its arcs reach farther back than the published ones: over all samples behind a travel of
@@ -47,10 +49,10 @@ struct SineFit {
   double zero = 0;    ///< reading that amplitudes are counted from [m]
   ZeroSource zero_source = ZeroSource::kLateCentre;
   std::vector<SlidingArc> arcs;  ///< every sliding arc before an extremum above the cut-off
-  double omega_sliding = 0;      ///< mean over the arcs, published method [rad/s]
+  double omega_sliding = 0;      ///< published method, of arcs[0] [rad/s]
   double omega_rolling = 0;      ///< 2 pi N / (t2 - t1) [rad/s]
   int rolling_periods = 0;       ///< N
-  double k = 0;                  ///< published: omega_sliding^2/g of each arc, mean [1/m]
+  double k = 0;                  ///< published: omega_sliding^2/g [1/m]
   double sum_ki = 0;             ///< published: omega_rolling^2/g - k [1/m]
   /// sum T0i that reproduces the loss of the first free cycle with these stiffnesses and one slider [-]; from
   ///   k (A0 - A2)/2 = 2 T0 - 2 (T0^2/sum_ki) (1/(A0+A1) + 1/(A1+A2)),  which is free of the zero.

@@ -17,6 +17,10 @@ constexpr double kTurnNoise = 8, kTurnSteps = 3, kTurnShare = 0.08;
 /// Swings smaller than this, from extremum to extremum, are no extrema (three noise levels to each side).
 constexpr double kSpanNoise = 6, kSpanSteps = 2;
 
+/// Share of w^2 amplitude that the curvature of a round turn has at least: a sliding link has more than 1, a pendulum
+/// at 136 degrees 0.4.
+constexpr double kLeastCurvature = 0.4;
+
 /// Smallest swing that is told from noise [m].
 double SmallestSwing(const Noise& noise) {
   return std::max({kSpanNoise * noise.sigma, kSpanSteps * noise.quantum, 1e-12});
@@ -88,9 +92,8 @@ void CutRest(const Noise& noise, std::vector<Turn>* turns) {
   }
 }
 
-/// Phase for which the reading stays the same around an extremum [rad], cut or not.
-double FlatPhase(const Record& record, const Turn& turn, double w, double side) {
-  // Noise before a converter that saturates makes no difference, so the run may be looked for around the extremum.
+/// Phase for which the reading stays within `band` of its extreme around a turn [rad].
+double FlatPhase(const Record& record, const Turn& turn, double w, double side, double band) {
   const double reach = 1.0 / w;
   std::size_t first = turn.index, last = turn.index;
   while (first > 0 && turn.t - record.t[first - 1] < reach) --first;
@@ -98,10 +101,11 @@ double FlatPhase(const Record& record, const Turn& turn, double w, double side) 
   double top = record.y[first];
   for (std::size_t i = first; i <= last; ++i)
     if (side * (record.y[i] - top) > 0) top = record.y[i];
+  const auto near = [&](std::size_t i) { return side * (top - record.y[i]) <= band; };
   double longest = 0;
   for (std::size_t i = first; i <= last; ++i) {
     const std::size_t start = i;
-    while (i < last && record.y[start] == top && record.y[i + 1] == top) ++i;
+    while (i < last && near(start) && near(i + 1)) ++i;
     longest = std::max(longest, record.t[i] - record.t[start]);
   }
   return w * longest;
@@ -164,10 +168,14 @@ Flatness FindFlatness(const Record& record, const Noise& noise, std::span<const 
   amplitude /= static_cast<double>(neighbours);
   const double w = std::numbers::pi / half_period;
   if (amplitude < 20 * std::max(noise.quantum, noise.sigma)) return Flatness::kRound;
-  const double step = 2 * std::sqrt(2 * (noise.quantum + 2 * noise.sigma) / amplitude);
-  const double two_samples = 2 * w / record.sampling_hz;
-  if (FlatPhase(record, turns[i], w, side) > std::max(0.25, 1.5 * step + two_samples)) return Flatness::kOneReading;
-  return std::abs(turns[i].curvature) < 0.4 * w * w * amplitude ? Flatness::kHardlyCurved : Flatness::kRound;
+  // How long a round turn stays within a band that noise and steps fill, if it has as little curvature as allowed.
+  const double band = noise.quantum + 6 * noise.sigma;
+  const double round = 2 * std::sqrt(2 * band / (kLeastCurvature * amplitude)),
+               two_samples = 2 * w / record.sampling_hz;
+  if (FlatPhase(record, turns[i], w, side, band) > std::max(0.25, 1.5 * round + two_samples))
+    return Flatness::kOneLevel;
+  return std::abs(turns[i].curvature) < kLeastCurvature * w * w * amplitude ? Flatness::kHardlyCurved
+                                                                            : Flatness::kRound;
 }
 
 }  // namespace uiclink

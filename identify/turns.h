@@ -39,8 +39,8 @@ std::vector<double> CalcLosses(std::span<const Turn> turns);
 /// How flat a motion is where it turns.
 enum class Flatness {
   kRound,
-  kHardlyCurved,  ///< less than half the curvature of its swing: cut before the noise came in, or a very soft spring
-  kOneReading,    ///< one reading stays much longer than the converter's steps explain: cut, or at rest for a while
+  kHardlyCurved,  ///< less than 0.4 of the curvature of its swing: cut, or a very soft spring
+  kOneLevel,      ///< stays at one level for much longer than noise and the converter's steps explain: cut, or a pause
 };
 
 Flatness FindFlatness(const Record& record, const Noise& noise, std::span<const Turn> turns, std::size_t i);

@@ -319,13 +319,13 @@ TEST(UnusableRecord, IsCutAtTheSensorsLimit) {
             "less, or keep only what comes later");
 }
 
-TEST(UnusableRecord, IsCutAtItsFirstFreeExtremumOnly) {
+TEST(UnusableRecord, IsCutAtItsLargestExtremaOnly) {
   PushedRecord setup = LateralSetup(12);
   setup.zero = 0;
   setup.range = 23 * kMm;  // cuts the last pushed extremum, too, at the other side
   EXPECT_EQ(
       Reason(Simulate(setup).record),
-      "expected a free decay within the sensor's range, found 2 extrema cut flat at 23.00 mm, the last at 2.63 s; push "
+      "expected a free decay within the sensor's range, found 2 extrema cut flat at 23.00 mm, the last at 2.62 s; push "
       "less, or keep only what comes later");
 }
 

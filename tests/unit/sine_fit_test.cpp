@@ -205,7 +205,8 @@ TEST(FitSine, CorrectsWithinItsStandardErrors) {
       ASSERT_TRUE(fit);
       k.Add((fit->k_corrected - link.k) / fit->k_corrected_std);
       T0.Add((fit->T0_corrected - SumOfForces(link)) / fit->T0_corrected_std);
-      published.Add((fit->k - link.k) / link.k);
+      const double expected = CalcPublishedBias(fit->arcs[0].extremum, fit->cutoff, SumOfForces(link) / link.k);
+      published.Add(fit->k / link.k - expected);
     }
     k.Finish(), T0.Finish(), published.Finish();
     // 100 records: the mean of z is known to 0.1, its rms to 0.07. Three of each, around 0 and 1; the standard errors
@@ -214,8 +215,10 @@ TEST(FitSine, CorrectsWithinItsStandardErrors) {
     EXPECT_NEAR(T0.mean, 0, 0.3);
     EXPECT_NEAR(k.rms, 1.06, 0.21);
     EXPECT_NEAR(T0.rms, 1.06, 0.21);
-    // The published method is off by a quarter and more in the same records.
-    EXPECT_GT(published.mean, 0.25);
+    // The published method is off by what the closed form says: two points decide, each known to some micrometres of
+    // the 15 mm between them, so a record scatters by about 1 %; three standard errors of the mean of 100.
+    EXPECT_NEAR(published.mean, 0, 0.003);
+    EXPECT_LT(published.rms, 0.015);
   }
 }
 
@@ -265,19 +268,19 @@ TEST(FitSine, TellsTheStoryOfTheThesisOnTheShippedRecords) {
     double thesis;
   } cases[] = {{"lateral", 4.2010}, {"longitudinal", 6.4743}};
   for (const auto& [direction, thesis] : cases) {
-    double first = 0, mean = 0, corrected = 0;
+    double first = 0, last = 0, corrected = 0;
     for (int i = 1; i <= 10; ++i) {
       const std::string file = std::string(direction) + (i < 10 ? "_0" : "_") + std::to_string(i) + ".txt";
       const std::optional<SineFit> fit = Fit(ReadRecord(folder / file));
       ASSERT_TRUE(fit) << file;
-      first += fit->arcs[0].k_published / 10;
-      mean += fit->k / 10;
+      first += fit->k / 10;
+      last += fit->arcs.back().k_published / 10;
       corrected += fit->k_corrected / 10;
       for (std::size_t j = 1; j < fit->arcs.size(); ++j)
         EXPECT_GT(fit->arcs[j].k_published, fit->arcs[j - 1].k_published) << file;
     }
     EXPECT_NEAR(first / thesis, 1, 0.023) << direction;
-    EXPECT_GT(mean, first) << direction;
+    EXPECT_GT(last, 1.1 * first) << direction;  // a stiffness that depends on the extremum
     EXPECT_LT(corrected, 0.9 * first) << direction;
   }
 }
