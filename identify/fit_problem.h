@@ -76,7 +76,7 @@ struct FitControl {
   std::optional<std::pair<int, double>> held = {};
   bool fix_link = false;   ///< only the starts are free; levels and shape stay as they are
   bool fix_shape = false;  ///< the shape is held, levels and starts are free
-  int max_iterations = 60;
+  int max_iterations = 200;
   double function_tolerance = 1e-9;  ///< relative fall of the sum of squares at which the last window stops [-]
   int threads = 1;                   ///< records evaluated side by side
 };

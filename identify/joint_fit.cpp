@@ -89,7 +89,9 @@ class JointFit {
     for (std::size_t i = 0; i < tries; ++i) {
       const Shape& shape = Record(order[i * (order.size() / 2)]).own.state.shape;
       KeepBetter(Fit(data_, sharing, StateFrom(shape, sharing == Sharing::kLink),
-                     {.function_tolerance = kSloppyTolerance, .threads = CountThreads(threads_)}),
+                     {.max_iterations = kSloppyIterations,
+                      .function_tolerance = kSloppyTolerance,
+                      .threads = CountThreads(threads_)}),
                  &best);
     }
     return best;
@@ -268,7 +270,28 @@ class JointFit {
     result_.rms = std::sqrt(squares / samples);
     result_.noise = std::sqrt(noise / samples);
     if (used_.size() > 1) result_.evaluations += outcome_.evaluations;
-    if (!outcome_.converged) result_.warnings.push_back("the joint fit did not converge: " + outcome_.message);
+    if (!outcome_.converged)
+      result_.warnings.push_back("the fit has not settled on its values; they may still move within their bounds");
+    WarnOfStrayedRecords();
+  }
+
+  /// A fit that leaves a fifth of the motion unexplained does not describe the record, whatever its bounds say.
+  void WarnOfStrayedRecords() {
+    constexpr double kStrayed = 0.2;
+    std::string strayed;
+    for (std::size_t r = 0; r < used_.size(); ++r) {
+      const FitData& data = data_[r];
+      double squares = 0;
+      for (std::size_t i = 0; i < data.size; ++i) {
+        const double y = data.record->y[data.first + i] - Record(r).start[2];
+        squares += y * y;
+      }
+      if (Record(r).rms < kStrayed * std::sqrt(squares / static_cast<double>(data.size))) continue;
+      strayed += (strayed.empty() ? "" : ", ") + data.record->file;
+    }
+    if (!strayed.empty())
+      result_.warnings.push_back("the model does not follow the motion of " + strayed +
+                                 ": its parameters do not describe it");
   }
 
   Identification& result_;

@@ -48,7 +48,9 @@ FitOutcome FitSpread(const FitData& data, const FitOutcome& one, int sliders) {
   best.evaluations = one.evaluations;
   for (const double spread : kStartSpreads) {
     const FitState start = MakeState(SpreadSlider(single, sliders, spread), one.state.starts[0]);
-    KeepBetter(Fit({&data, 1}, Sharing::kLink, start, {.function_tolerance = kSloppyTolerance}), &best);
+    KeepBetter(Fit({&data, 1}, Sharing::kLink, start,
+                   {.max_iterations = kSloppyIterations, .function_tolerance = kSloppyTolerance}),
+               &best);
   }
   // How far the sums depend on the window, and on the number of sliders.
   best.window_levels = one.window_levels;

@@ -68,5 +68,6 @@ std::size_t LevelOf(int sliders, std::size_t quantity);
 /// Several sliders leave directions in which the sum of squares is flat; following them to the end changes no quantity
 /// by a noticeable part of its error (a millionth of the sum of squares, some hundredths of a unit of chi-square).
 inline constexpr double kSloppyTolerance = 1e-6;
+inline constexpr int kSloppyIterations = 60;
 
 }  // namespace uiclink

@@ -47,14 +47,16 @@ double CalcHeldOutRms(const Identification& fit) {
       state.starts.push_back(record.own.state.starts[0]);
     }
     const FitOutcome others =
-        Fit(fitted, Sharing::kShape, state, {.function_tolerance = kSloppyTolerance, .threads = 1});
+        Fit(fitted, Sharing::kShape, state,
+            {.max_iterations = kSloppyIterations, .function_tolerance = kSloppyTolerance, .threads = 1});
     for (std::size_t r = fold; r < used.size(); r += 2) {
       const RecordResult& record = fit.records[used[r]];
       const FitData data = record.Data();
       FitState held = record.own.state;
       held.shape = others.state.shape;
       const FitOutcome outcome =
-          Fit({&data, 1}, Sharing::kLink, held, {.fix_shape = true, .function_tolerance = kSloppyTolerance});
+          Fit({&data, 1}, Sharing::kLink, held,
+              {.fix_shape = true, .max_iterations = kSloppyIterations, .function_tolerance = kSloppyTolerance});
       squares += outcome.chi2 * data.sigma * data.sigma;
       samples += static_cast<double>(data.size);
     }

@@ -39,6 +39,7 @@ struct Comparison {
   std::function<double()> difference;
   double largest_difference = 0;
   const char* unit = "";
+  int iterations = 0;  ///< times that both sides run; 0: as long as Google Benchmark finds it worth while
 };
 
 /// Medians of a comparison.
@@ -86,11 +87,11 @@ inline std::string FormatDuration(double seconds) {
 inline int RunComparisons(int argc, char** argv, const std::vector<Comparison>& comparisons) {
   std::vector<RatioResult> results(comparisons.size());
   for (std::size_t i = 0; i < comparisons.size(); ++i) {
-    benchmark::RegisterBenchmark(
+    auto* registered = benchmark::RegisterBenchmark(
         comparisons[i].name.c_str(),
-        [&comparisons, &results, i](benchmark::State& state) { results[i] = Measure(state, comparisons[i]); })
-        ->UseManualTime()
-        ->Unit(benchmark::kMillisecond);
+        [&comparisons, &results, i](benchmark::State& state) { results[i] = Measure(state, comparisons[i]); });
+    registered->UseManualTime()->Unit(benchmark::kMillisecond);
+    if (comparisons[i].iterations > 0) registered->Iterations(comparisons[i].iterations);
   }
   benchmark::Initialize(&argc, argv);
   if (benchmark::ReportUnrecognizedArguments(argc, argv)) return 2;

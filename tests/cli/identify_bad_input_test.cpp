@@ -45,7 +45,7 @@ const BadRecord kBadRecords[] = {
      "N), "
      "was the sensor connected?"},
     {"clipped.txt",
-     ": expected a free decay within the sensor's range, found 1 extremum cut flat at -12.01 mm, the last at 0.52 s; "
+     ": expected a free decay within the sensor's range, found 1 extremum cut flat at 12.02 mm, the last at 0.96 s; "
      "push less, or keep only what comes later"},
     {"no_free_decay.txt",
      ": expected a free decay, found the same amplitude of 18.00 mm from the first extremum to the last; record the "
