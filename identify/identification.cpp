@@ -40,6 +40,22 @@ SineSummary SummariseSine(const Identification& result) {
           .records = static_cast<int>(fits.size())};
 }
 
+/// The records of one link know the way to each other's minima: each is fitted once more from the link of the record
+/// that is described best.
+void ExchangeLinks(int threads, Identification* result) {
+  const std::vector<std::size_t> used = result->UsedIndices();
+  const auto misfit = [&](std::size_t i) {
+    return result->records[i].information.rms / result->records[i].noise.sigma;
+  };
+  const std::size_t best =
+      *std::min_element(used.begin(), used.end(), [&](std::size_t a, std::size_t b) { return misfit(a) < misfit(b); });
+  const FitState& state = result->records[best].own.state;
+  const Oscillator<double> link = ToOscillator(state.levels[0], state.shape, result->g);
+  ParallelFor(used.size(), threads, [&](std::size_t i) {
+    if (used[i] != best) RefitRecord(link, &result->records[used[i]]);
+  });
+}
+
 int DefaultSliders(Direction direction) { return direction == Direction::kLateral ? 1 : kMaxFittedSliders; }
 
 }  // namespace
@@ -66,6 +82,7 @@ void FitAll(const IdentifyOptions& options, Identification* result) {
         if (options.progress)
           options.progress("fitting records", static_cast<int>(done), static_cast<int>(used.size()));
       });
+  if (result->sliders > 1) ExchangeLinks(options.threads, result);
   result->sharing = TestSharing(*result);
   result->shared = result->sharing.shared;
   FitJointly(options.threads, result);

@@ -50,6 +50,10 @@ void PrepareRecord(const SineFitOptions& options, RecordResult* result);
 /// Fits a record alone: start values from its extrema, growing windows, scattered starts, errors and bounds.
 void FitRecord(int sliders, const ScatteredStarts& starts, RecordResult* result);
 
+/// Fits a record that FitRecord has seen once more, from another link with as many sliders; a lower minimum replaces
+/// its own.
+void RefitRecord(const Oscillator<double>& link, RecordResult* result);
+
 /// Mean period of the free decay [s].
 double CalcPeriod(const Phases& phases);
 

@@ -151,6 +151,19 @@ std::string FormatBias(const Identification& id) {
   return text + table.Format(2);
 }
 
+std::string FormatChoice(const Identification& id) {
+  if (id.choices.empty()) return "";
+  TextTable table;
+  table.AddColumn("sliders");
+  table.AddColumn("penalised likelihood\n(less is better)");
+  table.AddColumn("rms on held-out records\n[mm]");
+  table.AddColumn("", TextTable::Align::kLeft);
+  for (const SliderChoice& choice : id.choices)
+    table.AddRow({fmt::format("{}", choice.sliders), fmt::format("{:.0f}", choice.penalised),
+                  Millimetres(choice.held_out_rms, 4), choice.chosen ? "chosen" : ""});
+  return table.Format(2) + "\n";
+}
+
 std::string FormatSharing(const Identification& id) {
   if (id.CountUsed() < 2) return "  One record: nothing can be said about scatter between records.\n";
   if (id.shared)
@@ -222,7 +235,7 @@ std::string FormatReport(const RunResult& run) {
     text +=
         fmt::format("{}: {} record{}, {} slider{}, M = {:g} kg, g = {:g} m/s^2\n\n", Name(id.direction), id.CountUsed(),
                     id.CountUsed() == 1 ? "" : "s", id.sliders, id.sliders == 1 ? "" : "s", used.record.mass_kg, id.g);
-    text += FormatRecords(id) + "\n" + FormatParameters(id) + "\n";
+    text += FormatRecords(id) + "\n" + FormatParameters(id) + "\n" + FormatChoice(id);
     text += FormatSharing(id) + FormatTrust(id) + "\n" + FormatBias(id) + "\n";
     text += fmt::format("  {} model evaluations, {:.2f} s\n\n", id.evaluations, id.wall_s);
   }

@@ -98,7 +98,8 @@ Json FitToJson(const Identification& id) {
     for (const SliderChoice& choice : id.choices)
       choices.push_back({{"sliders", choice.sliders},
                          {"penalised", choice.penalised},
-                         {"held_out_rms_mm", 1e3 * choice.held_out_rms}});
+                         {"held_out_rms_mm", OrNull(1e3 * choice.held_out_rms)},
+                         {"chosen", choice.chosen}});
     json["slider_choice"] = choices;
   }
   if (!id.warnings.empty()) json["warnings"] = id.warnings;

@@ -111,6 +111,22 @@ Oscillator<double> SpreadSlider(const Oscillator<double>& one, int sliders, doub
   return link;
 }
 
+Oscillator<double> SplitSlider(const Oscillator<double>& link, int split, double spread) {
+  Oscillator<double> result;
+  result.k = link.k;
+  result.g = link.g;
+  for (int i = 0; i < link.size(); ++i) {
+    const Slider<double>& s = link.sliders()[static_cast<std::size_t>(i)];
+    if (i != split) {
+      result.Add(s);
+      continue;
+    }
+    result.Add({.k = 0.5 * s.k, .T0 = s.T0 / (1 + spread)});
+    result.Add({.k = 0.5 * s.k, .T0 = s.T0 * spread / (1 + spread)});
+  }
+  return result;
+}
+
 std::vector<double> GrowingWindows(const Phases& phases) {
   std::vector<double> windows;
   const std::vector<Extremum>& e = phases.extrema;

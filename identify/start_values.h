@@ -30,6 +30,10 @@ StartValues FindStartValues(const Phases& phases, double g);
 /// `spread` (> 1: the ratio of the largest to the smallest) about its own, friction scaled to the same sum.
 Oscillator<double> SpreadSlider(const Oscillator<double>& one, int sliders, double spread);
 
+/// The same link with slider `split` replaced by two that together do the same until one of them slides: half the
+/// stiffness each, the friction divided so that their critical displacements are apart by the ratio `spread` (> 1).
+Oscillator<double> SplitSlider(const Oscillator<double>& link, int split, double spread);
+
 /// Growing windows for the fit [s from the first extremum]: one, two, four ... periods.
 std::vector<double> GrowingWindows(const Phases& phases);
 
