@@ -4,7 +4,6 @@
 #include <Eigen/Core>
 #include <algorithm>
 #include <cmath>
-#include <limits>
 
 namespace uiclink {
 
@@ -24,6 +23,7 @@ struct CompressedRows {
 /// @param gram  [J r]'[J r]; the lower triangle is read.
 template <int p>
 CompressedRows<p> Compress(const Eigen::Matrix<double, p + 1, p + 1>& gram) {
+  constexpr double kRounding = 1e-13;  // of a sum of 1e5 products, and its way through the factors
   using Square = Eigen::Matrix<double, p, p>;
   const Square normal = gram.template topLeftCorner<p, p>();
   const Eigen::Matrix<double, p, 1> gradient = gram.template bottomLeftCorner<1, p>().transpose();
@@ -35,7 +35,7 @@ CompressedRows<p> Compress(const Eigen::Matrix<double, p + 1, p + 1>& gram) {
   const Eigen::Matrix<double, p, 1> sizes = factors.transpositionsP() * Eigen::Matrix<double, p, 1>(normal.diagonal());
   for (int i = 0; i < p; ++i) {
     const double pivot = factors.vectorD()(i);
-    const bool determined = pivot > p * std::numeric_limits<double>::epsilon() * sizes(i);
+    const bool determined = pivot > kRounding * sizes(i);
     const double root = determined ? std::sqrt(pivot) : 0;
     rows.jacobian.row(i) *= root;
     rows.residuals(i) = determined ? rows.residuals(i) / root : 0;

@@ -99,14 +99,14 @@ inline int RunComparisons(int argc, char** argv, const std::vector<Comparison>& 
   benchmark::Shutdown();
 
   int status = 0;
-  std::printf("\n%-44s %10s %10s %7s %9s  %s\n", "", "ours", "theirs", "ratio", "promised", "they differ by");
+  std::printf("\n%-48s %10s %10s %7s %9s  %s\n", "", "ours", "theirs", "ratio", "promised", "they differ by");
   for (std::size_t i = 0; i < comparisons.size(); ++i) {
     const Comparison& comparison = comparisons[i];
     const RatioResult& result = results[i];
     if (result.ours == 0) continue;  // filtered out
     const bool slow = result.Ratio() < comparison.least_ratio;
     const bool differs = !(result.difference <= comparison.largest_difference);
-    std::printf("%-44s %10s %10s %7.0f %9.0f  %.1e %s%s%s\n", comparison.name.c_str(),
+    std::printf("%-48s %10s %10s %7.0f %9.0f  %.1e %s%s%s\n", comparison.name.c_str(),
                 FormatDuration(result.ours).c_str(), FormatDuration(result.theirs).c_str(), result.Ratio(),
                 comparison.least_ratio, result.difference, comparison.unit, slow ? "  TOO SLOW" : "",
                 differs ? "  RESULTS DIFFER" : "");

@@ -116,7 +116,7 @@ TEST(PlainModel, BoundsOfASingleRecordAreTrue) {
 }
 
 TEST(PlainModel, BoundsOfASharedLinkAreTrue) {
-  const Size size = StudySize(4);
+  const Size size = StudySize(10);
   const Coverage c = RunStudies(size, {}, 20000);
   Report("one link", size, c);
   ExpectCoverage(size, c);
@@ -126,7 +126,7 @@ TEST(PlainModel, BoundsOfASharedLinkAreTrue) {
 }
 
 TEST(PlainModel, BoundsOfTheMeanOfScatteredLinksAreTrue) {
-  const Size size = StudySize(4);
+  const Size size = StudySize(10);
   const Coverage c = RunStudies(size, {.k = 0.022, .joint_k = 0.028, .joint_T0 = 0.025}, 30000);
   Report("scattered links", size, c);
   ExpectCoverage(size, c);
