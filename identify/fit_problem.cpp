@@ -8,8 +8,7 @@
 #include <memory>
 
 #include "identify/compressed_rows.h"
-#include "model/event_solver.h"
-#include "model/trajectory.h"
+#include "identify/record_columns.h"
 
 namespace uiclink {
 namespace {
@@ -23,137 +22,6 @@ constexpr std::array<double, kLevels> kLowest = {-6.9, -6.9, -16.1};
 constexpr std::array<double, kLevels> kHighest = {9.2, 9.2, 0.0};
 /// A slider of less than exp(-12) of the largest is not there.
 constexpr double kWidestShape = 12;
-
-std::vector<double> Shares(const double* logs, int n) {
-  std::vector<double> shares(static_cast<std::size_t>(n));
-  double largest = 0, sum = 0;
-  for (int i = 1; i < n; ++i) largest = std::max(largest, logs[i - 1]);
-  for (int i = 0; i < n; ++i) {
-    shares[static_cast<std::size_t>(i)] = std::exp((i == 0 ? 0.0 : logs[i - 1]) - largest);
-    sum += shares[static_cast<std::size_t>(i)];
-  }
-  for (double& share : shares) share /= sum;
-  return shares;
-}
-
-Oscillator<double> MakeLink(const double* levels, const double* shape, int n, double g) {
-  const std::vector<double> stiffness = Shares(shape, n);
-  const std::vector<double> friction = Shares(shape + (n - 1), n);
-  Oscillator<double> link;
-  link.g = g;
-  link.k = std::exp(levels[0]);
-  for (std::size_t i = 0; i < static_cast<std::size_t>(n); ++i)
-    link.Add({.k = std::exp(levels[1]) * stiffness[i], .T0 = std::exp(levels[2]) * friction[i]});
-  return link;
-}
-
-struct Sums {
-  double stiffness = 0;
-  double friction = 0;
-};
-
-Sums SumSliders(const Oscillator<double>& link) {
-  Sums sums;
-  for (const Slider<double>& s : link.sliders()) {
-    sums.stiffness += s.k;
-    sums.friction += s.T0;
-  }
-  return sums;
-}
-
-SampleTimes TimesSince(const FitData& data, std::size_t size, double t0, std::vector<double>* scratch) {
-  const std::vector<double>& t = data.record->t;
-  if (data.record->uniform) return {.first = t[data.first] - t0, .step = 1.0 / data.record->sampling_hz, .size = size};
-  scratch->resize(size);
-  for (std::size_t i = 0; i < size; ++i) (*scratch)[i] = t[data.first + i] - t0;
-  return {.size = size, .times = *scratch};
-}
-
-/// The link with its derivatives by the coordinates of the fit (levels, shape); the last dual is left to the start.
-template <int n>
-Oscillator<Dual<2 * n + 2>> SeedDerivatives(const Oscillator<double>& link) {
-  using Scalar = Dual<2 * n + 2>;
-  const Eigen::MatrixXd natural = CalcNaturalDerivatives(link);
-  const auto seed = [&](double value, Eigen::Index row) {
-    Scalar scalar(value);
-    for (Eigen::Index c = 0; c < natural.cols(); ++c) scalar.v(c) = natural(row, c);
-    return scalar;
-  };
-  Oscillator<Scalar> dual;
-  dual.g = link.g;
-  dual.k = seed(link.k, 0);
-  for (int i = 0; i < n; ++i) {
-    const Slider<double>& slider = link.sliders()[static_cast<std::size_t>(i)];
-    dual.Add({.k = seed(slider.k, 1 + i), .T0 = seed(slider.T0, 1 + n + i)});
-  }
-  return dual;
-}
-
-/// The residuals of one record [m] and their derivatives, column after column; memory that is kept from call to call.
-template <int n>
-class RecordColumns {
- public:
-  static constexpr int kDuals = 2 * n + 2;                          // levels, shape, y0
-  static constexpr int kUnknowns = kLevels + 2 * (n - 1) + kStart;  // and t0, offset
-
-  int evaluations() const { return evaluations_; }
-
-  /// Residuals model - reading of the first `size` samples. @returns false where the model has no solution.
-  bool Evaluate(const FitData& data, std::size_t size, const Oscillator<double>& link, const double* start) {
-    Resize(size);
-    const SampleTimes times = TimesSince(data, size, start[1], &times_);
-    if (Solve(link, AtExtremum(link, start[0]), Duration(times), &plain_) != SolveStatus::kOk) return false;
-    CalcDisplacements(plain_, times, Residuals());
-    Subtract(data, start[2]);
-    return true;
-  }
-
-  /// Derivatives as well, by (levels, shape, start).
-  bool EvaluateWithDerivatives(const FitData& data, std::size_t size, const Oscillator<double>& link,
-                               const double* start) {
-    Resize(size);
-    const SampleTimes times = TimesSince(data, size, start[1], &times_);
-    const Oscillator<Dual<kDuals>> dual = SeedDerivatives<n>(link);
-    const State<Dual<kDuals>> state = AtExtremum(dual, Dual<kDuals>(start[0], kDuals - 1));
-    if (Solve(dual, state, Duration(times), &dual_) != SolveStatus::kOk) return false;
-    const std::span<double> by_t0 = Column(kDuals), by_offset = Column(kDuals + 1);
-    CalcDisplacements(dual_, times, Residuals(), by_t0, {columns_.data(), size_ * kDuals});
-    for (double& v : by_t0) v = -v;
-    std::fill(by_offset.begin(), by_offset.end(), 1.0);
-    Subtract(data, start[2]);
-    return true;
-  }
-
-  /// Derivatives, kUnknowns columns, and beside them the residuals.
-  Eigen::Map<Eigen::Matrix<double, Eigen::Dynamic, kUnknowns + 1>> Map() {
-    return {columns_.data(), static_cast<Eigen::Index>(size_), kUnknowns + 1};
-  }
-
- private:
-  static double Duration(const SampleTimes& times) { return std::max(0.0, times[times.size - 1]); }
-
-  void Resize(std::size_t size) {
-    ++evaluations_;
-    size_ = size;
-    columns_.resize(size * (kUnknowns + 1));
-  }
-
-  std::span<double> Column(int i) { return {columns_.data() + static_cast<std::size_t>(i) * size_, size_}; }
-  std::span<double> Residuals() { return Column(kUnknowns); }
-
-  /// From displacements to residuals.
-  void Subtract(const FitData& data, double offset) {
-    const double* reading = data.record->y.data() + data.first;
-    const std::span<double> residuals = Residuals();
-    for (std::size_t i = 0; i < size_; ++i) residuals[i] += offset - reading[i];
-  }
-
-  Trajectory<double> plain_;
-  Trajectory<Dual<kDuals>> dual_;
-  std::vector<double> columns_, times_;
-  std::size_t size_ = 0;
-  int evaluations_ = 0;
-};
 
 /// Residuals (model - reading)/sigma of one record over blocks levels, shape (absent for one slider), start, compressed
 /// to as many rows as there are unknowns and one more.
@@ -171,7 +39,7 @@ class RecordCost final : public ceres::CostFunction {
   bool Evaluate(double const* const* parameters, double* residuals, double** jacobians) const override {
     constexpr std::size_t kStartBlock = n > 1 ? 2 : 1;
     const double* start = parameters[kStartBlock];
-    const Oscillator<double> link = MakeLink(parameters[0], n > 1 ? parameters[1] : nullptr, n, data_.g);
+    const Oscillator<double> link = ToOscillator(parameters[0], n > 1 ? parameters[1] : nullptr, n, data_.g);
     Eigen::Map<Eigen::Matrix<double, p + 1, 1>> rows(residuals);
     if (jacobians == nullptr) {  // only the sum of squares is asked for
       if (!columns_.Evaluate(data_, size_, link, start)) return false;
@@ -226,7 +94,7 @@ class HoldCost final : public ceres::CostFunction {
   }
 
   bool Evaluate(double const* const* parameters, double* residuals, double** jacobians) const override {
-    const Oscillator<double> link = MakeLink(parameters[0], sliders_ > 1 ? parameters[1] : nullptr, sliders_, 1.0);
+    const Oscillator<double> link = ToOscillator(parameters[0], sliders_ > 1 ? parameters[1] : nullptr, sliders_, 1.0);
     const double value = CalcQuantity(link, quantity_);
     residuals[0] = weight_ * (std::log(value) - log_value_);
     if (jacobians == nullptr) return true;
@@ -257,7 +125,7 @@ class ResolvedCost final : public ceres::CostFunction {
   bool Evaluate(double const* const* parameters, double* residuals, double** jacobians) const override {
     // So steep that a pull of 1e5 sums of squares per unit of the logarithm enters the wall by 1e-3.
     constexpr double kSteepness = 1e4;
-    const Oscillator<double> link = MakeLink(parameters[0], sliders_ > 1 ? parameters[1] : nullptr, sliders_, 1.0);
+    const Oscillator<double> link = ToOscillator(parameters[0], sliders_ > 1 ? parameters[1] : nullptr, sliders_, 1.0);
     for (int i = 0; i < sliders_; ++i) {
       const Slider<double>& slider = link.sliders()[static_cast<std::size_t>(i)];
       const double inside = log_smallest_ - std::log(slider.T0 / slider.k);
@@ -455,78 +323,6 @@ auto WithSliders(int sliders, Use use) {
 }
 
 }  // namespace
-
-int CountSliders(const Shape& shape) { return static_cast<int>(shape.size() / 2) + 1; }
-
-Oscillator<double> ToOscillator(const Levels& levels, const Shape& shape, double g) {
-  return MakeLink(levels.data(), shape.data(), CountSliders(shape), g);
-}
-
-void FromOscillator(const Oscillator<double>& oscillator, Levels* levels, Shape* shape) {
-  const std::size_t n = oscillator.sliders().size();
-  const Sums sums = SumSliders(oscillator);
-  *levels = {std::log(oscillator.k), std::log(sums.stiffness), std::log(sums.friction)};
-  shape->assign(2 * (n - 1), 0.0);
-  for (std::size_t i = 1; i < n; ++i) {
-    (*shape)[i - 1] = std::log(oscillator.sliders()[i].k / oscillator.sliders()[0].k);
-    (*shape)[n - 1 + i - 1] = std::log(oscillator.sliders()[i].T0 / oscillator.sliders()[0].T0);
-  }
-}
-
-Eigen::MatrixXd CalcNaturalDerivatives(const Oscillator<double>& link) {
-  const int n = link.size();
-  const Sums sums = SumSliders(link);
-  Eigen::MatrixXd d = Eigen::MatrixXd::Zero(1 + 2 * n, kLevels + 2 * (n - 1));
-  d(0, 0) = link.k;
-  for (int i = 0; i < n; ++i) {
-    const Slider<double>& s = link.sliders()[static_cast<std::size_t>(i)];
-    d(1 + i, 1) = s.k;
-    d(1 + n + i, 2) = s.T0;
-    for (int j = 1; j < n; ++j) {
-      const Slider<double>& other = link.sliders()[static_cast<std::size_t>(j)];
-      d(1 + i, kLevels + j - 1) = s.k * ((i == j ? 1.0 : 0.0) - other.k / sums.stiffness);
-      d(1 + n + i, kLevels + n - 1 + j - 1) = s.T0 * ((i == j ? 1.0 : 0.0) - other.T0 / sums.friction);
-    }
-  }
-  return d;
-}
-
-int CountQuantities(int sliders) { return 2 * sliders + 3; }
-
-double CalcQuantity(const Oscillator<double>& link, int quantity) {
-  const int n = link.size();
-  const Sums sums = SumSliders(link);
-  if (quantity == SumOfStiffness(n)) return sums.stiffness;
-  if (quantity == SumOfFriction(n)) return sums.friction;
-  const int of_share = quantity - CountQuantities(n) + 1;
-  if (of_share > 0) return CalcQuantity(link, of_share) / (of_share <= n ? sums.stiffness : sums.friction);
-  if (quantity == 0) return link.k;
-  return quantity <= n ? link.sliders()[static_cast<std::size_t>(quantity - 1)].k
-                       : link.sliders()[static_cast<std::size_t>(quantity - 1 - n)].T0;
-}
-
-Eigen::RowVectorXd CalcLogGradient(const Oscillator<double>& link, int quantity) {
-  const int n = link.size();
-  const int of_share = quantity - CountQuantities(n) + 1;
-  if (of_share > 0)
-    return CalcLogGradient(link, of_share) -
-           CalcLogGradient(link, of_share <= n ? SumOfStiffness(n) : SumOfFriction(n));
-  Eigen::RowVectorXd gradient = Eigen::RowVectorXd::Zero(kLevels + 2 * (n - 1));
-  if (quantity == SumOfStiffness(n)) {
-    gradient(1) = 1;
-  } else if (quantity == SumOfFriction(n)) {
-    gradient(2) = 1;
-  } else {
-    gradient = CalcNaturalDerivatives(link).row(quantity) / CalcQuantity(link, quantity);
-  }
-  return gradient;
-}
-
-std::string QuantityName(int sliders, int quantity) {
-  if (quantity == SumOfStiffness(sliders)) return "sum_ki";
-  if (quantity == SumOfFriction(sliders)) return "sum_T0i";
-  return ParameterSymbols(sliders)[static_cast<std::size_t>(quantity)];
-}
 
 FitOutcome Fit(std::span<const FitData> data, Sharing sharing, const FitState& initial, const FitControl& control) {
   return WithSliders(CountSliders(initial.shape),

@@ -3,10 +3,13 @@
 #include <Eigen/Cholesky>
 #include <Eigen/LU>
 #include <algorithm>
+#include <array>
 #include <cmath>
+#include <limits>
 #include <mutex>
 
 #include "identify/parallel.h"
+#include "identify/random_effects.h"
 
 namespace uiclink {
 namespace {
@@ -30,54 +33,54 @@ class JointFit {
   }
 
   void Run() {
-    const Sharing sharing = result_.shared ? Sharing::kLink : Sharing::kShape;
     if (used_.size() == 1) {
       outcome_ = Record(0).own;
-    } else if (!result_.shared && result_.sliders == 1) {
-      Collect();  // one slider has no shape: the joint fit falls apart into the records' own fits
-    } else {
-      outcome_ = BestOfShapes(sharing);
+    } else if (result_.shared || MayShareAfterAll()) {
+      outcome_ = FitShared();
+      SortSliders(&outcome_.state);
+      if (!result_.shared) CompareWithOwnFits();
     }
-    SortSliders(&outcome_.state);
-    for (std::size_t r = 0; r < used_.size(); ++r) {
-      const RecordResult& record = Record(r);
-      informations_.push_back(CalcInformation(data_[r], outcome_.state.LevelsOf(r), outcome_.state.shape,
-                                              outcome_.state.starts[r], CalcPeriod(record.phases)));
-    }
-    result_.shared || used_.size() == 1 ? FinishShared() : FinishHierarchical();
+    if (!result_.shared) CollectOwnFits();
+    for (std::size_t r = 0; r < used_.size(); ++r) Take(r);
+    result_.shared ? FinishShared() : FinishHierarchical();
     FinishRecords();
   }
 
  private:
   RecordResult& Record(std::size_t r) { return result_.records[used_[r]]; }
 
-  FitState StateFrom(const Shape& shape, bool shared) {
-    FitState state;
-    state.shape = shape;
-    Levels mean{};
-    for (std::size_t r = 0; r < used_.size(); ++r) {
-      const FitState& own = Record(r).own.state;
-      state.starts.push_back(own.starts[0]);
-      if (!shared) state.levels.push_back(own.levels[0]);
-      for (std::size_t i = 0; i < mean.size(); ++i) mean[i] += own.levels[0][i] / static_cast<double>(used_.size());
-    }
-    if (shared) state.levels = {mean};
-    return state;
+  /// Several sliders: the sum of squares is far from a parabola along what single records hardly determine, and a
+  /// distance in units of the covariance is then too large. Links that really differ are farther apart than that.
+  bool MayShareAfterAll() const {
+    constexpr double kFarApart = 20;  // statistic per degree of freedom: 2 % of scatter give thousands
+    return result_.sliders > 1 && result_.sharing.statistic < kFarApart * result_.sharing.dof;
   }
 
-  void Collect() {
-    outcome_.state = StateFrom({}, /*shared=*/false);
+  /// Likelihood ratio of one link against a link per record, which needs no parabola.
+  void CompareWithOwnFits() {
+    double statistic = outcome_.chi2;
+    for (std::size_t r = 0; r < used_.size(); ++r) statistic -= Record(r).own.chi2;
+    SharingTest test;
+    test.statistic = std::max(0.0, statistic);
+    test.dof = (1 + 2.0 * result_.sliders) * static_cast<double>(used_.size() - 1);
+    test.p_value = CalcChiSquareTail(test.statistic, test.dof);
+    test.shared = test.p_value >= kSharingLevel;
+    if (test.shared) result_.sharing = test;
+    result_.shared = test.shared;
+  }
+
+  /// A link per record needs no joint fit: each record's own fit is its best.
+  void CollectOwnFits() {
+    const int evaluations = outcome_.evaluations;
+    outcome_ = {};
+    outcome_.evaluations = evaluations;
     outcome_.converged = true;
-    for (std::size_t r = 0; r < used_.size(); ++r) {
-      outcome_.chi2_of_record.push_back(Record(r).own.chi2);
-      outcome_.chi2 += Record(r).own.chi2;
-      outcome_.converged &= Record(r).own.converged;
-    }
+    for (std::size_t r = 0; r < used_.size(); ++r) outcome_.converged &= Record(r).own.converged;
   }
 
-  /// Joint fits from the shapes of two records (the best described one and the middle one): one shape alone may be a
-  /// bad start, since single records hardly determine it.
-  FitOutcome BestOfShapes(Sharing sharing) {
+  /// Joint fits from the links of two records (the best described one and the middle one): one alone may be a bad
+  /// start, since single records hardly determine how stiffness and friction are spread.
+  FitOutcome FitShared() {
     std::vector<std::size_t> order(used_.size());
     for (std::size_t r = 0; r < order.size(); ++r) order[r] = r;
     std::sort(order.begin(), order.end(), [&](std::size_t a, std::size_t b) {
@@ -85,16 +88,32 @@ class JointFit {
              Record(b).own.chi2 / static_cast<double>(data_[b].size);
     });
     FitOutcome best;
-    const std::size_t tries = result_.sliders == 1 ? 1 : std::min<std::size_t>(2, order.size());
+    const std::size_t tries = result_.sliders == 1 ? 1 : 2;
     for (std::size_t i = 0; i < tries; ++i) {
-      const Shape& shape = Record(order[i * (order.size() / 2)]).own.state.shape;
-      KeepBetter(Fit(data_, sharing, StateFrom(shape, sharing == Sharing::kLink),
+      FitState state = Record(order[i * (order.size() / 2)]).own.state;
+      state.starts.clear();
+      for (std::size_t r = 0; r < used_.size(); ++r) state.starts.push_back(Record(r).own.state.starts[0]);
+      KeepBetter(Fit(data_, Sharing::kLink, state,
                      {.max_iterations = kSloppyIterations,
                       .function_tolerance = kSloppyTolerance,
                       .threads = CountThreads(threads_)}),
                  &best);
     }
     return best;
+  }
+
+  /// The final link, start and misfit of a record.
+  void Take(std::size_t r) {
+    RecordResult& record = Record(r);
+    const FitState& own = record.own.state;
+    const Levels& levels = result_.shared ? outcome_.state.levels[0] : own.levels[0];
+    const Shape& shape = result_.shared ? outcome_.state.shape : own.shape;
+    record.start = result_.shared ? outcome_.state.starts[r] : own.starts[0];
+    record.link = ToOscillator(levels, shape, record.record.g);
+    informations_.push_back(result_.shared
+                                ? CalcInformation(data_[r], levels, shape, record.start, CalcPeriod(record.phases))
+                                : record.information);
+    record.rms = informations_[r].rms;
   }
 
   double MeanVarianceFactor() const {
@@ -111,12 +130,12 @@ class JointFit {
     if (result_.sharing.p_value < kDoubtLevel) factor *= std::max(1.0, result_.sharing.statistic / result_.sharing.dof);
     const Eigen::MatrixXd covariance = CalcCovariance(information, factor);
     result_.link = ToOscillator(outcome_.state.levels[0], outcome_.state.shape, result_.g);
-    Profile(Sharing::kLink, covariance, factor);
+    Profile(covariance, factor);
     FinishCovariance(covariance);
   }
 
   /// Bounds of every quantity of the shared link from its profile; the profiles are independent of each other.
-  void Profile(Sharing sharing, const Eigen::MatrixXd& covariance, double factor) {
+  void Profile(const Eigen::MatrixXd& covariance, double factor) {
     const int n = result_.sliders;
     result_.quantities.assign(static_cast<std::size_t>(CountQuantities(n)), {});
     std::mutex counting;
@@ -124,8 +143,7 @@ class JointFit {
       const int quantity = static_cast<int>(q);
       if (n == 1 && quantity > 2) return;
       int evaluations = 0;
-      result_.quantities[q] = ProfileQuantity(data_, sharing, outcome_, quantity,
-                                              CalcLogStd(result_.link, covariance, quantity), factor, &evaluations);
+      result_.quantities[q] = ProfileQuantity(data_, outcome_, quantity, covariance, factor, &evaluations);
       const std::lock_guard lock(counting);
       outcome_.evaluations += evaluations;
     });
@@ -135,70 +153,75 @@ class JointFit {
     }
   }
 
-  /// A link per record: means and spreads of the levels; the shape, where there is one, is common.
+  /// A link per record: means and spreads of the levels, and of the shape where there is one.
   void FinishHierarchical() {
+    const std::array<Population, 3> populations = {DescribeLevel(0), DescribeLevel(1), DescribeLevel(2)};
     const int n = result_.sliders;
-    const std::size_t records = used_.size();
-    Population populations[3];
-    Eigen::MatrixXd logs(static_cast<Eigen::Index>(records), 3);
-    Levels mean{};
-    for (std::size_t j = 0; j < 3; ++j) {
-      std::vector<double> values, errors;
-      for (std::size_t r = 0; r < records; ++r) {
-        const LinkInformation& information = informations_[r];
-        // Errors at the level of the noise: what the model lacks shifts all records alike and is no scatter.
-        const Eigen::MatrixXd covariance = CalcCovariance(information.information, 1);
-        values.push_back(outcome_.state.levels[r][j]);
-        errors.push_back(std::sqrt(covariance(static_cast<Eigen::Index>(j), static_cast<Eigen::Index>(j))));
-        logs(static_cast<Eigen::Index>(r), static_cast<Eigen::Index>(j)) = values.back();
-      }
-      populations[j] = EstimatePopulation(values, errors);
-      mean[j] = populations[j].mean;
-    }
-    result_.link = ToOscillator(mean, outcome_.state.shape, result_.g);
-
-    Eigen::MatrixXd covariance = Eigen::MatrixXd::Zero(3 + 2 * (n - 1), 3 + 2 * (n - 1));
-    const Eigen::MatrixXd centred = logs.rowwise() - logs.colwise().mean();
-    const Eigen::MatrixXd sample = centred.transpose() * centred;
-    for (Eigen::Index i = 0; i < 3; ++i)
-      for (Eigen::Index j = 0; j < 3; ++j)
-        covariance(i, j) =
-            populations[i].std * populations[j].std * sample(i, j) / std::sqrt(sample(i, i) * sample(j, j));
-    double factor = 1;
+    const Eigen::Index size = 2 * (n - 1);
+    Eigen::MatrixXd covariance = Eigen::MatrixXd::Zero(3 + size, 3 + size);
+    covariance.topLeftCorner<3, 3>() = CorrelateLevels(populations);
+    VectorPopulation shapes;
+    Shape shape;
     if (n > 1) {
-      const Eigen::MatrixXd shape = ShapeInformation(&factor);
-      covariance.bottomRightCorner(2 * (n - 1), 2 * (n - 1)) = CalcCovariance(shape, factor);
+      shapes = DescribeShapes();
+      shape.assign(shapes.mean.begin(), shapes.mean.end());
+      covariance.bottomRightCorner(size, size) = shapes.covariance;
     }
-    FinishPopulation(populations, covariance, factor);
+    result_.link = ToOscillator({populations[0].mean, populations[1].mean, populations[2].mean}, shape, result_.g);
+    DescribeSums(populations);
+    for (int quantity = 1; n > 1 && quantity <= 2 * n; ++quantity)
+      result_.quantities[static_cast<std::size_t>(quantity)] =
+          DescribeSlider(quantity, populations[quantity <= n ? 1 : 2], shapes);
     FinishCovariance(covariance);
   }
 
-  /// Information on the common shape, levels of the records eliminated, and its variance factor: the records are
-  /// clusters, so that a shape that differs between them widens the bounds.
-  Eigen::MatrixXd ShapeInformation(double* factor) {
-    const Eigen::Index size = 2 * (result_.sliders - 1);
-    Eigen::MatrixXd total = Eigen::MatrixXd::Zero(size, size);
-    Eigen::MatrixXd scores = Eigen::MatrixXd::Zero(size, size);
+  /// Errors at the level of the noise: what the model lacks shifts all records alike and is no scatter.
+  Population DescribeLevel(std::size_t level) {
+    std::vector<double> values, errors;
     for (std::size_t r = 0; r < used_.size(); ++r) {
-      const Linearisation at =
-          Linearise(data_[r], outcome_.state.LevelsOf(r), outcome_.state.shape, outcome_.state.starts[r]);
-      Eigen::MatrixXd nuisance(at.jacobian.rows(), 6);
-      nuisance << at.jacobian.leftCols(3), at.jacobian.rightCols(3);
-      const auto by_shape = at.jacobian.middleCols(3, size);
-      const Eigen::MatrixXd absorbed = (nuisance.transpose() * nuisance).ldlt().solve(nuisance.transpose() * by_shape);
-      const Eigen::MatrixXd projected = by_shape - nuisance * absorbed;
-      const Eigen::VectorXd score = projected.transpose() * at.residuals;
-      total += projected.transpose() * projected;
-      scores += score * score.transpose();
+      const Eigen::MatrixXd covariance = CalcCovariance(informations_[r].information, 1);
+      const auto j = static_cast<Eigen::Index>(level);
+      values.push_back(Record(r).own.state.levels[0][level]);
+      errors.push_back(std::sqrt(covariance(j, j)));
     }
-    const Eigen::MatrixXd unit = CalcCovariance(total, 1);
-    const double records = static_cast<double>(used_.size());
-    const double clusters = (unit * scores).trace() / static_cast<double>(size) * records / (records - 1);
-    *factor = std::max(MeanVarianceFactor(), clusters);
-    return total;
+    return EstimatePopulation(values, errors);
   }
 
-  void FinishPopulation(const Population populations[3], const Eigen::MatrixXd& covariance, double factor) {
+  /// Covariance of the means of the levels: correlated as the levels of the records are.
+  Eigen::Matrix3d CorrelateLevels(const std::array<Population, 3>& populations) {
+    Eigen::MatrixXd logs(static_cast<Eigen::Index>(used_.size()), 3);
+    for (std::size_t r = 0; r < used_.size(); ++r)
+      logs.row(static_cast<Eigen::Index>(r)) =
+          Eigen::Map<const Eigen::RowVector3d>(Record(r).own.state.levels[0].data());
+    const Eigen::MatrixXd centred = logs.rowwise() - logs.colwise().mean();
+    const Eigen::Matrix3d sample = centred.transpose() * centred;
+    Eigen::Matrix3d covariance;
+    for (Eigen::Index i = 0; i < 3; ++i)
+      for (Eigen::Index j = 0; j < 3; ++j)
+        covariance(i, j) = populations[static_cast<std::size_t>(i)].std * populations[static_cast<std::size_t>(j)].std *
+                           (i == j ? 1 : sample(i, j) / std::sqrt(sample(i, i) * sample(j, j)));
+    return covariance;
+  }
+
+  /// Every joint seats by itself, all stiffnesses with the same relative scatter and all frictions with another one.
+  /// In the shape, logarithms of ratios to the first slider, such scatter has the covariance s^2 (1 + delta_ij).
+  VectorPopulation DescribeShapes() {
+    const Eigen::Index block = result_.sliders - 1;
+    Eigen::MatrixXd stiffness = Eigen::MatrixXd::Zero(2 * block, 2 * block), friction = stiffness;
+    stiffness.topLeftCorner(block, block).setOnes().diagonal().setConstant(2);
+    friction.bottomRightCorner(block, block).setOnes().diagonal().setConstant(2);
+    std::vector<Eigen::VectorXd> values;
+    std::vector<Eigen::MatrixXd> errors;
+    for (std::size_t r = 0; r < used_.size(); ++r) {
+      const Shape& shape = Record(r).own.state.shape;
+      values.emplace_back(Eigen::Map<const Eigen::VectorXd>(shape.data(), 2 * block));
+      errors.emplace_back(CalcCovariance(informations_[r].information, informations_[r].variance_factor)
+                              .bottomRightCorner(2 * block, 2 * block));
+    }
+    return EstimateVectorPopulation(values, errors, {stiffness, friction});
+  }
+
+  void DescribeSums(const std::array<Population, 3>& populations) {
     const int n = result_.sliders;
     result_.quantities.assign(static_cast<std::size_t>(CountQuantities(n)), {});
     const auto from_level = [&](int quantity, std::size_t level) {
@@ -213,31 +236,30 @@ class JointFit {
     from_level(0, 0);
     from_level(SumOfStiffness(n), 1);
     from_level(SumOfFriction(n), 2);
-    if (n == 1) {
-      from_level(1, 1);
-      from_level(2, 2);
-      return;
-    }
-    // A slider is its share, profiled, times the mean of the sum: relative errors add in quadrature.
-    std::mutex counting;
-    ParallelFor(static_cast<std::size_t>(2 * n), threads_, [&](std::size_t i) {
-      const int quantity = 1 + static_cast<int>(i);
-      const int share = ShareOf(n, quantity);
-      int evaluations = 0;
-      const Estimate profile = ProfileQuantity(data_, Sharing::kShape, outcome_, share,
-                                               CalcLogStd(result_.link, covariance, share), factor, &evaluations);
-      const Population& sum = populations[quantity <= n ? 1 : 2];
-      Estimate estimate{.value = CalcQuantity(result_.link, quantity)};
-      estimate.std = estimate.value * CalcLogStd(result_.link, covariance, quantity);
-      estimate.low = estimate.value * std::exp(-std::hypot(std::log(profile.value / profile.low), sum.half_width));
-      estimate.high = estimate.value * std::exp(std::hypot(std::log(profile.high / profile.value), sum.half_width));
-      estimate.low_open = profile.low_open;
-      estimate.high_open = profile.high_open;
-      estimate.spread = estimate.value * sum.spread;
-      result_.quantities[static_cast<std::size_t>(quantity)] = estimate;
-      const std::lock_guard lock(counting);
-      outcome_.evaluations += evaluations;
-    });
+    if (n > 1) return;
+    from_level(1, 1);
+    from_level(2, 2);
+  }
+
+  /// A slider is its share times the sum: relative errors add in quadrature. Of the share's error the part that the
+  /// readings make is normal, the part that the records' scatter makes is known from few records only.
+  Estimate DescribeSlider(int quantity, const Population& sum, const VectorPopulation& shapes) {
+    const int n = result_.sliders;
+    const Eigen::RowVectorXd gradient = CalcLogGradient(result_.link, ShareOf(n, quantity)).tail(2 * (n - 1));
+    const auto variance = [&](const Eigen::MatrixXd& c) { return (gradient * c * gradient.transpose())(0, 0); };
+    const double total = variance(shapes.covariance), error = std::min(total, variance(shapes.error_covariance));
+    const double normal = CalcStudentBound(0.95, std::numeric_limits<double>::infinity());
+    const double student = CalcStudentBound(0.95, static_cast<double>(used_.size() - 1));
+    const double half_width =
+        std::sqrt(std::pow(sum.half_width, 2) + normal * normal * error + student * student * (total - error));
+    const double seat = shapes.spread(quantity <= n ? 0 : 1);
+    Estimate estimate{.value = CalcQuantity(result_.link, quantity)};
+    estimate.std = estimate.value * std::hypot(sum.std, std::sqrt(total));
+    estimate.low = estimate.value * std::exp(-half_width);
+    estimate.high = estimate.value * std::exp(half_width);
+    estimate.low_open = estimate.high_open = half_width > kUndetermined;
+    estimate.spread = estimate.value * seat;
+    return estimate;
   }
 
   /// Covariance, bounds and words, all widened by what the model lacks, as far as growing windows show it.
@@ -257,9 +279,6 @@ class JointFit {
     result_.whiteness_p = 1;
     for (std::size_t r = 0; r < used_.size(); ++r) {
       RecordResult& record = Record(r);
-      record.link = ToOscillator(outcome_.state.LevelsOf(r), outcome_.state.shape, record.record.g);
-      record.start = outcome_.state.starts[r];
-      record.rms = informations_[r].rms;
       const double n = static_cast<double>(data_[r].size);
       squares += n * record.rms * record.rms;
       noise += n * data_[r].sigma * data_[r].sigma;

@@ -13,7 +13,8 @@ SharingTest TestSharing(const Identification& result);
 
 /// Fits all used records of a direction together and fills in everything of `result` that belongs to all of them: link,
 /// quantities with bounds, covariance, what is not determined, rms. One link for all where `result->shared`; otherwise
-/// a link per record, whose levels are described by mean and spread and whose shape (several sliders) is common.
+/// the links of the records' own fits, described by mean and spread. With several sliders a narrow rejection of the
+/// shared link is checked by the likelihood ratio of both, and taken back where that has no objection.
 void FitJointly(int threads, Identification* result);
 
 }  // namespace uiclink

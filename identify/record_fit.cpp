@@ -102,8 +102,8 @@ std::vector<Estimate> EstimateQuantities(const FitData& data, const LinkInformat
   for (int q = 0; q < CountQuantities(sliders); ++q) {
     const double log_std = CalcLogStd(link, covariance, q);
     if (sliders == 1 && q <= 2) {
-      estimates.push_back(ProfileQuantity({&data, 1}, Sharing::kLink, *own, q, log_std, information.variance_factor,
-                                          &own->evaluations));
+      estimates.push_back(
+          ProfileQuantity({&data, 1}, *own, q, covariance, information.variance_factor, &own->evaluations));
     } else if (sliders == 1) {
       estimates.push_back(estimates[static_cast<std::size_t>(q - 2)]);  // the sums are k1 and T01 themselves
     } else {

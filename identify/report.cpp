@@ -171,9 +171,8 @@ std::string FormatSharing(const Identification& id) {
                        id.sharing.p_value);
   return fmt::format(
       "  The records do not share one link ({}): each has its own values, the table gives mean and spread;\n"
-      "  std and bounds belong to the mean.{}\n",
-      id.sharing.p_value < 1e-6 ? "p < 1e-6" : fmt::format("p = {:.1g}", id.sharing.p_value),
-      id.sliders > 1 ? " How stiffness and friction are spread over the sliders is common to all." : "");
+      "  std and bounds belong to the mean.\n",
+      id.sharing.p_value < 1e-6 ? "p < 1e-6" : fmt::format("p = {:.1g}", id.sharing.p_value));
 }
 
 /// k and the sums, as far as their bounds are closed.

@@ -4,6 +4,8 @@
 #include <Eigen/Eigenvalues>
 #include <algorithm>
 #include <cmath>
+#include <optional>
+#include <utility>
 
 namespace uiclink {
 namespace {
@@ -121,86 +123,131 @@ std::vector<std::string> NameUnidentifiable(const Oscillator<double>& link, cons
 
 namespace {
 
-/// Walks one side of a profile. Distances are in the logarithm of the quantity.
+/// Walks one side of a profile: everything but one quantity is refitted while that moves away from its best value.
+/// Distances are in the logarithm of the quantity; heights are square roots of the rise of the sum of squares, which
+/// grow nearly in proportion to the distance.
 class ProfileSide {
  public:
-  ProfileSide(std::span<const FitData> data, Sharing sharing, const FitOutcome& best, int quantity, double threshold)
-      : data_(data), sharing_(sharing), best_(best), quantity_(quantity), threshold_(threshold) {
-    const Oscillator<double> link = ToOscillator(best.state.levels[0], best.state.shape, 1.0);
-    log_best_ = std::log(CalcQuantity(link, quantity));
-  }
+  /// @param direction  how (levels, shape) move with the logarithm of the quantity, to first order.
+  ProfileSide(std::span<const FitData> data, const FitOutcome& best, int quantity, Eigen::VectorXd direction,
+              double threshold)
+      : data_(data),
+        best_(best),
+        quantity_(quantity),
+        direction_(std::move(direction)),
+        threshold_(threshold),
+        goal_(std::sqrt(threshold)),
+        log_best_(LogQuantity(best.state)) {}
 
   /// Logarithm of the bound; *open where the profile does not rise to the threshold within kFarthest.
   double Find(double first_step, bool* open, int* evaluations) {
-    double inside = 0, inside_root = 0;  // distance and sqrt(rise) of the last point below the threshold
-    double step = first_step;
-    const double goal = std::sqrt(threshold_);
-    FitState state = best_.state;
-    for (int i = 0; i < kMaxSteps; ++i) {
-      const double distance = inside + step;
-      if (std::abs(distance) > kFarthest) break;
-      const auto [reached, root] = Evaluate(distance, &state, evaluations);
-      if (std::abs(root - goal) < kGoalTolerance * goal) return log_best_ + reached;
-      if (root > goal) {  // between the two points the root is nearly straight
-        step = (reached - inside) * (goal - inside_root) / (root - inside_root);
-        if (std::abs(step) < kGoalTolerance * std::abs(reached)) return log_best_ + inside + step;
-        state = best_.state;
-      } else {
-        const double slope = (root - inside_root) / (reached - inside);
-        step = slope * step > 0 ? (goal - root) / slope : 2 * step;
-        const double longest = 3 * std::abs(reached);  // trust the straight line no further than this
-        step = std::clamp(step, -longest, longest);
-        inside = reached;
-        inside_root = root;
-      }
+    Point inside{.state = best_.state};
+    std::optional<Point> outside;
+    double distance = first_step;
+    for (int i = 0; i < kMaxSteps && std::abs(distance) <= kFarthest; ++i) {
+      Point point = Evaluate(distance, Predict(distance, inside, outside), evaluations);
+      if (std::abs(point.height - goal_) < kGoalTolerance * goal_) return log_best_ + point.distance;
+      (point.height > goal_ ? outside.emplace() : inside) = std::move(point);
+      distance = outside ? Interpolate(inside, *outside) : Extrapolate(inside);
+      if (outside && std::abs(outside->distance - inside.distance) < kGoalTolerance * std::abs(distance))
+        return log_best_ + distance;
     }
+    if (outside) return log_best_ + distance;
     *open = true;
-    return log_best_ + inside;
+    return log_best_ + inside.distance;
   }
 
  private:
   static constexpr double kFarthest = 7;  // a factor of a thousand either way
-  static constexpr int kMaxSteps = 8;
+  static constexpr int kMaxSteps = 12;
   static constexpr double kGoalTolerance = 0.01;  // of the half width: far below the interval's own error
 
-  std::pair<double, double> Evaluate(double distance, FitState* state, int* evaluations) {
+  struct Point {
+    double distance = 0;
+    double height = 0;
+    FitState state;
+  };
+
+  double LogQuantity(const FitState& state) const {
+    return std::log(CalcQuantity(ToOscillator(state.levels[0], state.shape, 1.0), quantity_));
+  }
+
+  /// Where the height reaches the goal, if it is straight between the two points; not too near to either of them.
+  double Interpolate(const Point& inside, const Point& outside) const {
+    const double share = (goal_ - inside.height) / (outside.height - inside.height);
+    return inside.distance + std::clamp(share, 0.1, 0.9) * (outside.distance - inside.distance);
+  }
+
+  /// Where it reaches the goal, if it goes on straight; trusted no further than three times the way so far.
+  double Extrapolate(const Point& inside) const {
+    return inside.distance * std::min(3.0, inside.height > 0 ? goal_ / inside.height : 3.0);
+  }
+
+  /// Between known points of the profile the unknowns are nearly straight lines too.
+  FitState Predict(double distance, const Point& inside, const std::optional<Point>& outside) const {
+    if (outside) {
+      const double share = (distance - inside.distance) / (outside->distance - inside.distance);
+      return Mix(inside.state, outside->state, share);
+    }
+    if (inside.distance != 0) return Mix(best_.state, inside.state, distance / inside.distance);
+    FitState state = best_.state;
+    for (std::size_t j = 0; j < 3; ++j) state.levels[0][j] += distance * direction_(static_cast<Eigen::Index>(j));
+    for (std::size_t j = 0; j < state.shape.size(); ++j)
+      state.shape[j] += distance * direction_(static_cast<Eigen::Index>(3 + j));
+    return state;
+  }
+
+  static FitState Mix(const FitState& from, const FitState& to, double share) {
+    FitState mixed = from;
+    for (std::size_t j = 0; j < 3; ++j) mixed.levels[0][j] += share * (to.levels[0][j] - from.levels[0][j]);
+    for (std::size_t j = 0; j < mixed.shape.size(); ++j) mixed.shape[j] += share * (to.shape[j] - from.shape[j]);
+    for (std::size_t r = 0; r < mixed.starts.size(); ++r)
+      for (std::size_t j = 0; j < 3; ++j) mixed.starts[r][j] += share * (to.starts[r][j] - from.starts[r][j]);
+    return mixed;
+  }
+
+  Point Evaluate(double distance, const FitState& from, int* evaluations) const {
     FitControl control;
     control.held = {quantity_, log_best_ + distance};
-    control.max_iterations = 10;
+    control.max_iterations = 20;
     control.function_tolerance = kGoalTolerance * threshold_ / best_.chi2;
-    const FitOutcome outcome = Fit(data_, sharing_, *state, control);
+    FitOutcome outcome = Fit(data_, Sharing::kLink, from, control);
     *evaluations += outcome.evaluations;
-    *state = outcome.state;
-    const Oscillator<double> link = ToOscillator(outcome.state.levels[0], outcome.state.shape, 1.0);
-    const double reached = std::log(CalcQuantity(link, quantity_)) - log_best_;
-    return {reached, std::sqrt(std::max(0.0, outcome.chi2 - best_.chi2))};
+    return {.distance = LogQuantity(outcome.state) - log_best_,
+            .height = std::sqrt(std::max(0.0, outcome.chi2 - best_.chi2)),
+            .state = std::move(outcome.state)};
   }
 
   std::span<const FitData> data_;
-  Sharing sharing_;
   const FitOutcome& best_;
   int quantity_;
+  Eigen::VectorXd direction_;
   double threshold_;
-  double log_best_ = 0;
+  double goal_;
+  double log_best_;
 };
 
 }  // namespace
 
-Estimate ProfileQuantity(std::span<const FitData> data, Sharing sharing, const FitOutcome& best, int quantity,
-                         double log_std, double variance_factor, int* evaluations) {
+Estimate ProfileQuantity(std::span<const FitData> data, const FitOutcome& best, int quantity,
+                         const Eigen::MatrixXd& covariance, double variance_factor, int* evaluations) {
   constexpr double kChiSquare95 = 3.841458820694124;  // 95 % quantile, one degree of freedom
+  const double bound = std::sqrt(kChiSquare95);
   const Oscillator<double> link = ToOscillator(best.state.levels[0], best.state.shape, 1.0);
+  const double log_std = CalcLogStd(link, covariance, quantity);
   Estimate estimate;
   estimate.value = CalcQuantity(link, quantity);
   estimate.std = estimate.value * log_std;
   if (log_std > kUnknown) {  // a walk would only find the limits of the fit
     estimate.low_open = estimate.high_open = true;
-    estimate.low = estimate.value * std::exp(-1.96 * log_std);
-    estimate.high = estimate.value * std::exp(1.96 * log_std);
+    estimate.low = estimate.value * std::exp(-bound * log_std);
+    estimate.high = estimate.value * std::exp(bound * log_std);
     return estimate;
   }
-  ProfileSide side(data, sharing, best, quantity, kChiSquare95 * variance_factor);
-  const double step = std::clamp(1.96 * log_std, 1e-8, 1.0);
+  const Eigen::VectorXd direction =
+      covariance * CalcLogGradient(link, quantity).transpose() / std::max(log_std * log_std, 1e-30);
+  ProfileSide side(data, best, quantity, direction, kChiSquare95 * variance_factor);
+  const double step = std::clamp(bound * log_std, 1e-8, 1.0);
   estimate.low = std::exp(side.Find(-step, &estimate.low_open, evaluations));
   estimate.high = std::exp(side.Find(step, &estimate.high_open, evaluations));
   return estimate;

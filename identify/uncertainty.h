@@ -58,8 +58,9 @@ std::vector<std::string> NameUnidentifiable(const Oscillator<double>& link, cons
 /// 95 % bounds of a quantity from its likelihood profile: everything else is refitted on the way; steps adapt until the
 /// sum of squares has risen by 3.84 variance factors, on both sides. A side on which it does not rise so far within the
 /// limits of the fit is open, and named so.
-/// @param log_std  a first guess of the standard deviation of the quantity's logarithm.
-Estimate ProfileQuantity(std::span<const FitData> data, Sharing sharing, const FitOutcome& best, int quantity,
-                         double log_std, double variance_factor, int* evaluations);
+/// @param best        fit of one link to all of `data`.
+/// @param covariance  of (levels, shape): the first guess of the width and of how everything else moves.
+Estimate ProfileQuantity(std::span<const FitData> data, const FitOutcome& best, int quantity,
+                         const Eigen::MatrixXd& covariance, double variance_factor, int* evaluations);
 
 }  // namespace uiclink
