@@ -6,6 +6,7 @@
 #include <cmath>
 #include <limits>
 #include <set>
+#include <utility>
 
 #include "identify/noise.h"
 #include "identify/parallel.h"
@@ -80,7 +81,7 @@ FitState StateOf(const Oscillator<double>& link, const Phases& phases) {
   if (positive.size() == 0) positive.Add({.k = 1e-3, .T0 = 1e-7});
   FitState state;
   state.levels.resize(1);
-  FromOscillator(positive, &state.levels[0], &state.shape);
+  FromOscillator(positive, state.levels.data(), &state.shape);
   const Extremum& first = phases.extrema.front();
   state.starts = {{first.y - phases.centre, first.t, phases.centre}};
   return state;
@@ -174,8 +175,7 @@ std::vector<Measured> Measure(std::vector<Record>* records, Comparison* comparis
   std::vector<Measured> measured;
   for (Record& record : *records) {
     if (record.direction != comparison->direction) continue;
-    Measured m{.record = std::move(record), .noise = {}, .phases = {}};
-    record.direction.reset();
+    Measured m{.record = std::exchange(record, {}), .noise = {}, .phases = {}};
     m.noise = EstimateNoise(m.record.t, m.record.y);
     m.phases = FindPhases(m.record, m.noise);
     if (m.phases.usable) {
@@ -219,7 +219,7 @@ void Summarise(Comparison* comparison) {
   double samples = 0;
   comparison->overall.assign(comparison->parameters.size(), {});
   for (const ComparedRecord& record : comparison->records) {
-    const double n = static_cast<double>(record.samples);
+    const auto n = static_cast<double>(record.samples);
     samples += n;
     comparison->noise += n * record.noise * record.noise;
     for (std::size_t s = 0; s < record.results.size(); ++s)

@@ -30,7 +30,7 @@ class RecordCost final : public ceres::CostFunction {
  public:
   RecordCost(const FitData& data, std::size_t size, RecordColumns<n>* columns)
       : data_(data), size_(size), columns_(*columns) {
-    set_num_residuals(p + 1);
+    set_num_residuals(kUnknowns + 1);
     mutable_parameter_block_sizes()->push_back(kLevels);
     if constexpr (n > 1) mutable_parameter_block_sizes()->push_back(2 * (n - 1));
     mutable_parameter_block_sizes()->push_back(kStart);
@@ -40,40 +40,42 @@ class RecordCost final : public ceres::CostFunction {
     constexpr std::size_t kStartBlock = n > 1 ? 2 : 1;
     const double* start = parameters[kStartBlock];
     const Oscillator<double> link = ToOscillator(parameters[0], n > 1 ? parameters[1] : nullptr, n, data_.g);
-    Eigen::Map<Eigen::Matrix<double, p + 1, 1>> rows(residuals);
+    Eigen::Map<Eigen::Matrix<double, kUnknowns + 1, 1>> rows(residuals);
     if (jacobians == nullptr) {  // only the sum of squares is asked for
       if (!columns_.Evaluate(data_, size_, link, start)) return false;
       rows.setZero();
-      rows(p) = columns_.Map().col(p).norm() / data_.sigma;
+      rows(kUnknowns) = columns_.Map().col(kUnknowns).norm() / data_.sigma;
       return true;
     }
     if (!columns_.EvaluateWithDerivatives(data_, size_, link, start)) return false;
-    const CompressedRows<p> compressed = Compress<p>(CalcGram());
+    const CompressedRows<kUnknowns> compressed = Compress<kUnknowns>(CalcGram());
     rows << compressed.residuals, compressed.rest;
     CopyColumns<0, kLevels>(compressed, jacobians[0]);
     if constexpr (n > 1) CopyColumns<kLevels, 2 * (n - 1)>(compressed, jacobians[1]);
-    CopyColumns<p - kStart, kStart>(compressed, jacobians[kStartBlock]);
+    CopyColumns<kUnknowns - kStart, kStart>(compressed, jacobians[kStartBlock]);
     return true;
   }
 
  private:
-  static constexpr int p = RecordColumns<n>::kUnknowns;
+  static constexpr int kUnknowns = RecordColumns<n>::kUnknowns;
 
   /// Lower triangle of [J r]'[J r], in units of sigma.
-  Eigen::Matrix<double, p + 1, p + 1> CalcGram() const {
-    Eigen::Matrix<double, p + 1, p + 1> gram = Eigen::Matrix<double, p + 1, p + 1>::Zero();
+  Eigen::Matrix<double, kUnknowns + 1, kUnknowns + 1> CalcGram() const {
+    Eigen::Matrix<double, kUnknowns + 1, kUnknowns + 1> gram =
+        Eigen::Matrix<double, kUnknowns + 1, kUnknowns + 1>::Zero();
     const auto columns = columns_.Map();
-    for (int j = 0; j <= p; ++j)
-      gram.col(j).tail(p + 1 - j).noalias() = columns.rightCols(p + 1 - j).transpose() * columns.col(j);
+    for (int j = 0; j <= kUnknowns; ++j)
+      gram.col(j).tail(kUnknowns + 1 - j).noalias() = columns.rightCols(kUnknowns + 1 - j).transpose() * columns.col(j);
     return gram / (data_.sigma * data_.sigma);
   }
 
   /// Columns of R and a row of zeros for the rest, the way Ceres wants them; nothing for a block that is held.
   template <int first, int width>
-  static void CopyColumns(const CompressedRows<p>& compressed, double* block) {
+  static void CopyColumns(const CompressedRows<kUnknowns>& compressed,
+                          double* block) {  // NOLINT(readability-non-const-parameter): the map writes
     if (block == nullptr) return;
-    Eigen::Map<Eigen::Matrix<double, p + 1, width, Eigen::RowMajor>> rows(block);
-    rows.template topRows<p>() = compressed.jacobian.template middleCols<width>(first);
+    Eigen::Map<Eigen::Matrix<double, kUnknowns + 1, width, Eigen::RowMajor>> rows(block);
+    rows.template topRows<kUnknowns>() = compressed.jacobian.template middleCols<width>(first);
     rows.template bottomRows<1>().setZero();
   }
 

@@ -13,7 +13,7 @@ namespace uiclink {
 namespace {
 
 Population Describe(const std::vector<double>& values) {
-  const double n = static_cast<double>(values.size());
+  const auto n = static_cast<double>(values.size());
   Population result;
   for (const double v : values) result.mean += v / n;
   for (const double v : values) result.spread += (v - result.mean) * (v - result.mean);

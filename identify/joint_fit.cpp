@@ -157,7 +157,7 @@ class JointFit {
   void FinishHierarchical() {
     const std::array<Population, 3> populations = {DescribeLevel(0), DescribeLevel(1), DescribeLevel(2)};
     const int n = result_.sliders;
-    const Eigen::Index size = 2 * (n - 1);
+    const Eigen::Index size = 2 * static_cast<Eigen::Index>(n - 1);
     Eigen::MatrixXd covariance = Eigen::MatrixXd::Zero(3 + size, 3 + size);
     covariance.topLeftCorner<3, 3>() = CorrelateLevels(populations);
     VectorPopulation shapes;
@@ -279,7 +279,7 @@ class JointFit {
     result_.whiteness_p = 1;
     for (std::size_t r = 0; r < used_.size(); ++r) {
       RecordResult& record = Record(r);
-      const double n = static_cast<double>(data_[r].size);
+      const auto n = static_cast<double>(data_[r].size);
       squares += n * record.rms * record.rms;
       noise += n * data_[r].sigma * data_[r].sigma;
       samples += n;
@@ -290,7 +290,7 @@ class JointFit {
     result_.noise = std::sqrt(noise / samples);
     if (used_.size() > 1) result_.evaluations += outcome_.evaluations;
     if (!outcome_.converged)
-      result_.warnings.push_back("the fit has not settled on its values; they may still move within their bounds");
+      result_.warnings.emplace_back("the fit has not settled on its values; they may still move within their bounds");
     WarnOfStrayedRecords();
   }
 

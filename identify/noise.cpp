@@ -81,7 +81,7 @@ struct Blocks {
 
 /// Half-overlapping blocks: the ends of each, where a polynomial binds most, are the middle of another.
 Blocks CutIntoBlocks(std::span<const double> t, std::span<const double> y) {
-  const double rate = static_cast<double>(t.size() - 1) / (t.back() - t.front());
+  const auto rate = static_cast<double>(t.size() - 1) / (t.back() - t.front());
   Blocks cut;
   // Compared as doubles: a rate of 1e300 must not overflow an integer.
   const double wanted = std::clamp(std::round(kBlockSeconds * rate) + 1, static_cast<double>(kSmallestBlock),

@@ -66,7 +66,7 @@ VectorPopulation EstimateVectorPopulation(const std::vector<Eigen::VectorXd>& va
                                           const std::vector<Eigen::MatrixXd>& errors,
                                           const std::vector<Eigen::MatrixXd>& structures) {
   const Eigen::Index size = values[0].size();
-  const double members = static_cast<double>(values.size());
+  const auto members = static_cast<double>(values.size());
   std::vector<Structure> groups;
   for (const Eigen::MatrixXd& matrix : structures) groups.push_back(MakeStructure(matrix));
   const auto sum_up = [&](const Eigen::VectorXd& variances) {

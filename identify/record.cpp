@@ -203,7 +203,7 @@ void CompareWithTimeColumn(const RawRecord& raw, double rate_hz, const std::stri
                                  "which one it is with --column N",
                                  raw.columns));
   }
-  const double measured = static_cast<double>(raw.time.size() - 1) / (raw.time.back() - raw.time.front());
+  const auto measured = static_cast<double>(raw.time.size() - 1) / (raw.time.back() - raw.time.front());
   if (std::abs(measured - rate_hz) > 0.001 * rate_hz) {
     record->notices.push_back(
         fmt::format("column 1 is not used as time ({:g} samples per unit of it): --rate {:g}", measured, rate_hz));

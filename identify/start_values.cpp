@@ -78,7 +78,9 @@ StartValues FindStartValues(const Phases& phases, double g) {
   const double B = std::abs(extrema[1].y - phases.centre);
   StartValues best;
   best.misfit = std::numeric_limits<double>::infinity();
-  for (double ratio = 0.05; ratio < 12; ratio *= 1.12) {  // k1/k: from a hardly sliding link to a nearly rigid slider
+  for (int i = 0; i < 49; ++i) {
+    const double ratio =
+        0.05 * std::pow(1.12, i);  // k1/k, to 11.5: from a hardly sliding link to a nearly rigid slider
     const double k = stiffness / (1 + ratio);
     const double k1 = stiffness - k;
     // Without a decrement (a decay that never slides) friction is just beyond reach.

@@ -84,7 +84,7 @@ Whiteness TestWhiteness(std::span<const double> residuals) {
 }
 
 double CalcEffectiveSize(std::span<const double> residuals) {
-  const double n = static_cast<double>(residuals.size());
+  const auto n = static_cast<double>(residuals.size());
   const double mean = Mean(residuals);
   const double variance = LaggedSum(residuals, mean, 0);
   if (!(variance > 0)) return n;
@@ -98,7 +98,7 @@ double CalcEffectiveSize(std::span<const double> residuals) {
 }
 
 Population EstimatePopulation(std::span<const double> values, std::span<const double> errors) {
-  const double n = static_cast<double>(values.size());
+  const auto n = static_cast<double>(values.size());
   if (values.size() == 1) {
     const double bound = CalcStudentBound(kConfidence, std::numeric_limits<double>::infinity());
     return {.mean = values[0], .std = errors[0], .spread = 0, .half_width = bound * errors[0]};

@@ -57,7 +57,7 @@ LinkInformation CalcInformation(const FitData& data, const Levels& levels, const
 
   LinkInformation result;
   result.information = projected.transpose() * projected;
-  const double n = static_cast<double>(data.size);
+  const auto n = static_cast<double>(data.size);
   const double reduced = at.residuals.squaredNorm() / std::max(1.0, n - static_cast<double>(unknowns));
   const std::span<const double> residuals(at.residuals.data(), data.size);
   result.rms = data.sigma * std::sqrt(at.residuals.squaredNorm() / n);

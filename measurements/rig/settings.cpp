@@ -38,8 +38,8 @@ class Faults {
 enum class Need { kRequired, kOptional };
 
 struct Range {
-  double low;
-  double high;
+  double low = 0;
+  double high = 0;
   bool open_low = false;  ///< low itself is out of range
 };
 

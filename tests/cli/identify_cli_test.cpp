@@ -65,6 +65,8 @@ struct Misuse {
   const char* message;
 };
 
+void PrintTo(const Misuse& misuse, std::ostream* out) { *out << misuse.name; }
+
 class EveryMisuse : public IdentifyProgram, public testing::WithParamInterface<Misuse> {};
 
 TEST_P(EveryMisuse, EndsWithCode2AndAMessage) {
