@@ -63,7 +63,7 @@ int main(int argc, char** argv) {
   app.footer(
       "Examples:\n"
       "  rig measurements/rig/settings/lateral.toml --out measurements\n"
-      "  rig my.toml --out /tmp/records --count 200 --seed 7 --truth /tmp/truth.toml\n"
+      "  rig my.toml --out records --count 200 --seed 7 --truth truth.toml\n"
       "  rig --effects\n"
       "Exit codes: 0 done; 2 nothing could be done.");
   auto* settings = app.add_option("SETTINGS", options.settings, "settings file (TOML)");
