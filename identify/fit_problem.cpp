@@ -115,10 +115,14 @@ class HoldCost final : public ceres::CostFunction {
   double weight_;
 };
 
-/// A wall at critical displacements below what the record resolves; nothing above it.
+/// Walls at critical displacements below what the record resolves and above its first amplitude; nothing between them.
 class ResolvedCost final : public ceres::CostFunction {
  public:
-  ResolvedCost(int sliders, double smallest) : sliders_(sliders), log_smallest_(std::log(smallest)) {
+  /// @param smallest, largest  [m]; 0 for no wall on that side.
+  ResolvedCost(int sliders, double smallest, double largest)
+      : sliders_(sliders),
+        log_smallest_(std::log(smallest)),
+        log_largest_(largest > 0 ? std::log(largest) : std::numeric_limits<double>::infinity()) {
     set_num_residuals(sliders);
     mutable_parameter_block_sizes()->push_back(kLevels);
     if (sliders > 1) mutable_parameter_block_sizes()->push_back(2 * (sliders - 1));
@@ -130,11 +134,13 @@ class ResolvedCost final : public ceres::CostFunction {
     const Oscillator<double> link = ToOscillator(parameters[0], sliders_ > 1 ? parameters[1] : nullptr, sliders_, 1.0);
     for (int i = 0; i < sliders_; ++i) {
       const Slider<double>& slider = link.sliders()[static_cast<std::size_t>(i)];
-      const double inside = log_smallest_ - std::log(slider.T0 / slider.k);
-      residuals[i] = kSteepness * std::max(0.0, inside);
+      const double log_critical = std::log(slider.T0 / slider.k);
+      // Distance behind a wall: negative behind the upper one.
+      const double inside = std::max(0.0, log_smallest_ - log_critical) + std::min(0.0, log_largest_ - log_critical);
+      residuals[i] = kSteepness * inside;
       if (jacobians == nullptr) continue;
       Eigen::RowVectorXd gradient = CalcLogGradient(link, 1 + i) - CalcLogGradient(link, 1 + sliders_ + i);
-      gradient *= inside > 0 ? kSteepness : 0.0;
+      gradient *= inside != 0 ? kSteepness : 0.0;
       const int shape = 2 * (sliders_ - 1);
       if (jacobians[0] != nullptr)
         for (int j = 0; j < kLevels; ++j) jacobians[0][i * kLevels + j] = gradient(j);
@@ -147,7 +153,18 @@ class ResolvedCost final : public ceres::CostFunction {
  private:
   int sliders_;
   double log_smallest_;
+  double log_largest_;
 };
+
+/// The record that resolves most, among those that have one link.
+FitData WidestLimits(std::span<const FitData> data) {
+  FitData widest = data[0];
+  for (const FitData& record : data) {
+    widest.smallest = std::min(widest.smallest, record.smallest);
+    widest.swing = widest.swing > 0 && record.swing > 0 ? std::max(widest.swing, record.swing) : 0;
+  }
+  return widest;
+}
 
 /// True when the sum of squares hardly fell any more when the iterations ran out: along a direction that the data do
 /// not determine a fit creeps for ever, and nothing that they do determine changes.
@@ -217,9 +234,10 @@ class Fitter {
     if (control.held)  // a pull that moves the quantity by far less than its distance from the minimum; see HoldCost
       problem.AddResidualBlock(new HoldCost(n, control.held->first, control.held->second, 1e6), nullptr, link);
     for (std::size_t r = 0; r < outcome_.state.levels.size(); ++r) {
-      if (!(data_[r].smallest > 0)) continue;
+      const FitData limits = WidestLimits(sharing_ == Sharing::kLink ? data_ : data_.subspan(r, 1));
+      if (!(limits.smallest > 0) && !(limits.swing > 0)) continue;
       link[0] = LevelsBlock(r);
-      problem.AddResidualBlock(new ResolvedCost(n, data_[r].smallest), nullptr, link);
+      problem.AddResidualBlock(new ResolvedCost(n, limits.smallest, limits.swing), nullptr, link);
     }
     ceres::Solver::Options options;
     options.minimizer_type = ceres::TRUST_REGION;
@@ -230,7 +248,7 @@ class Fitter {
     options.parameter_tolerance = last ? 1e-12 : 1e-5;
     options.num_threads = control.threads;
     if (data_.size() == 1) {
-      options.linear_solver_type = ceres::DENSE_NORMAL_CHOLESKY;  // a dozen well scaled columns, thousands of rows
+      options.linear_solver_type = ceres::DENSE_QR;  // a dozen rows and columns
     } else {
       options.linear_solver_type = ceres::DENSE_SCHUR;
       options.linear_solver_ordering = ordering;

@@ -24,7 +24,7 @@ struct FitData {
   double sigma = 0;       ///< noise of a reading [m], > 0
   double g = kThesisGravity;
   double centre = 0;    ///< centre of the late motion in readings [m]: the sensor's zero is not far from it
-  double swing = 0;     ///< amplitude of the first extremum about it [m]; 0: unknown, the zero is not limited
+  double swing = 0;     ///< amplitude of the first extremum about it [m]; 0: unknown, no limits from it
   double smallest = 0;  ///< smallest amplitude that the record resolves [m]; 0: unknown, no limit
 };
 
@@ -33,7 +33,9 @@ struct FitData {
 ///   zero of the sensor within a quarter of the first amplitude from the centre of the late motion
 ///     (a locked slider holds it at most T0/(k + k1) away, an eighth of that in the thesis's stiffest set);
 ///   critical displacements T0i/k_i not below the smallest amplitude that the record resolves: such a slider never
-///     rolls in this record, it is a friction force and no joint.
+///     rolls in this record, it is a friction force and no joint;
+///   nor above the first amplitude: such a slider never slides in this record, it is a spring, and its force at the
+///     first extremum is not known (as a fit has it, a shift of the zero).
 inline constexpr double kZeroReach = 0.25;
 inline constexpr double kZeroReachOfWindows = 0.06;  ///< while the window of a fit grows
 

@@ -40,19 +40,32 @@ SineSummary SummariseSine(const Identification& result) {
           .records = static_cast<int>(fits.size())};
 }
 
-/// The records of one link know the way to each other's minima: each is fitted once more from the link of the record
-/// that is described best.
-void ExchangeLinks(int threads, Identification* result) {
+/// A lower minimum counts if the model explains the record there. Where the model lacks something, the lowest minimum
+/// is the one that hides it best.
+void SearchIfExplained(RecordResult* record) {
+  RecordResult searched = *record;
+  RearrangeSliders(&searched);
+  if (!searched.information.structured) *record = std::move(searched);
+}
+
+/// Several sliders have many minima. The record that is described best is searched for lower ones; from its link the
+/// others find the way to theirs, and those that lag behind it are searched as well.
+void FindLowerMinima(int threads, Identification* result) {
   const std::vector<std::size_t> used = result->UsedIndices();
   const auto misfit = [&](std::size_t i) {
     return result->records[i].information.rms / result->records[i].noise.sigma;
   };
   const std::size_t best =
       *std::min_element(used.begin(), used.end(), [&](std::size_t a, std::size_t b) { return misfit(a) < misfit(b); });
-  const FitState& state = result->records[best].own.state;
-  const Oscillator<double> link = ToOscillator(state.levels[0], state.shape, result->g);
+  SearchIfExplained(&result->records[best]);
+  const RecordResult& donor = result->records[best];
+  const Oscillator<double> link = ToOscillator(donor.own.state.levels[0], donor.own.state.shape, result->g);
+  const bool explained = !donor.information.structured;
   ParallelFor(used.size(), threads, [&](std::size_t i) {
-    if (used[i] != best) RefitRecord(link, &result->records[used[i]]);
+    RecordResult& record = result->records[used[i]];
+    if (used[i] == best) return;
+    RefitRecord(link, &record);
+    if (explained && record.information.structured) SearchIfExplained(&record);
   });
 }
 
@@ -82,7 +95,7 @@ void FitAll(const IdentifyOptions& options, Identification* result) {
         if (options.progress)
           options.progress("fitting records", static_cast<int>(done), static_cast<int>(used.size()));
       });
-  if (result->sliders > 1) ExchangeLinks(options.threads, result);
+  if (result->sliders > 1) FindLowerMinima(options.threads, result);
   result->sharing = TestSharing(*result);
   result->shared = result->sharing.shared;
   FitJointly(options.threads, result);

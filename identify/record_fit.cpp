@@ -43,8 +43,8 @@ Levels CalcDrift(const std::vector<Levels>& windows) {
 }
 
 /// Several sliders grow from the fit of one: two, far apart, then each slider of the best fit so far is split in turn.
-/// The sum of squares of several sliders has many local minima, in which one joint does the work of two; from equal
-/// shares only one fit in thirty finds the lowest, this way nine in ten do, for the same number of evaluations.
+/// The sum of squares of several sliders has many local minima, in which one joint does the work of two: from equal
+/// shares one fit in thirty finds the lowest, this way most do, for the same number of evaluations.
 FitOutcome FitSpread(const FitData& data, const FitOutcome& one, int sliders) {
   constexpr double kPassing = 1e-4;  // tolerance of fits that are only passed through
   const auto fit = [&](const Oscillator<double>& link, const Start& start, int n) {
@@ -58,14 +58,19 @@ FitOutcome FitSpread(const FitData& data, const FitOutcome& one, int sliders) {
     FitOutcome grown;
     grown.evaluations = best.evaluations;
     const Oscillator<double> link = ToOscillator(best.state.levels[0], best.state.shape, data.g);
-    for (const double split : kSplits)
-      for (int i = 0; i + 1 < n; ++i) KeepBetter(fit(SplitSlider(link, i, split), best.state.starts[0], n), &grown);
+    for (int i = 0; i + 1 < n; ++i) KeepBetter(fit(SplitSlider(link, i, kSplits[0]), best.state.starts[0], n), &grown);
     best = grown;
   }
   // How far the sums depend on the window, and on the number of sliders.
   best.window_levels = one.window_levels;
   best.window_levels.push_back(best.state.levels[0]);
   return best;
+}
+
+/// A fit of several sliders from a link that is not far away.
+FitOutcome FitFrom(const FitData& data, const Oscillator<double>& link, const Start& start) {
+  return Fit({&data, 1}, Sharing::kLink, MakeState(link, start),
+             {.max_iterations = kSloppyIterations, .function_tolerance = kSloppyTolerance});
 }
 
 /// One-slider fits from starts scattered about the one read off the record: k by up to a third, the others by up to a
@@ -133,6 +138,19 @@ void FinishOwn(RecordResult* result) {
     Widen(result->drift[LevelOf(sliders, q)], &result->own_quantities[q]);
 }
 
+/// Replaces the record's own fit if the sum of squares is lower than at the same minimum.
+bool TakeLower(FitOutcome other, RecordResult* result) {
+  FitOutcome& own = result->own;
+  own.evaluations += other.evaluations;
+  if (!(other.chi2 < (1 - kSameMinimum) * own.chi2)) return false;
+  other.evaluations = own.evaluations;
+  other.window_levels = own.window_levels;
+  other.window_levels.back() = other.state.levels[0];
+  own = std::move(other);
+  FinishOwn(result);
+  return true;
+}
+
 /// No half swing stands out, and all of them together lose next to nothing: friction that holds all the time does not
 /// show. A slow decay that does lose amplitude goes on to the fit.
 bool OnlyRolls(const Phases& phases) {
@@ -183,17 +201,24 @@ void FitRecord(int sliders, const ScatteredStarts& starts, RecordResult* result)
 }
 
 void RefitRecord(const Oscillator<double>& link, RecordResult* result) {
+  TakeLower(FitFrom(result->Data(), link, result->own.state.starts[0]), result);
+}
+
+void RearrangeSliders(RecordResult* result) {
+  constexpr int kRounds = 3;  // hardly ever more than two
   const FitData data = result->Data();
-  FitOutcome& own = result->own;
-  FitOutcome other = Fit({&data, 1}, Sharing::kLink, MakeState(link, own.state.starts[0]),
-                         {.max_iterations = kSloppyIterations, .function_tolerance = kSloppyTolerance});
-  own.evaluations += other.evaluations;
-  if (!(other.chi2 < (1 - kSameMinimum) * own.chi2)) return;
-  other.evaluations = own.evaluations;
-  other.window_levels = own.window_levels;
-  other.window_levels.back() = other.state.levels[0];
-  own = other;
-  FinishOwn(result);
+  bool lower = true;
+  for (int round = 0; lower && round < kRounds; ++round) {
+    lower = false;
+    const FitState from = result->own.state;
+    const Oscillator<double> link = ToOscillator(from.levels[0], from.shape, data.g);
+    for (int merged = 0; merged + 1 < link.size(); ++merged)
+      for (int split = 0; split + 1 < link.size(); ++split)
+        for (const double spread : kSplits)
+          if (split != merged)
+            lower |= TakeLower(FitFrom(data, SplitSlider(MergeSliders(link, merged), split, spread), from.starts[0]),
+                               result);
+  }
 }
 
 double CalcPeriod(const Phases& phases) {

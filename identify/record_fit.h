@@ -54,6 +54,10 @@ void FitRecord(int sliders, const ScatteredStarts& starts, RecordResult* result)
 /// its own.
 void RefitRecord(const Oscillator<double>& link, RecordResult* result);
 
+/// Looks for a lower minimum of a record that FitRecord has seen: two neighbouring sliders become one, another one is
+/// split, until no such step leads lower. Costs as much as FitRecord.
+void RearrangeSliders(RecordResult* result);
+
 /// Mean period of the free decay [s].
 double CalcPeriod(const Phases& phases);
 

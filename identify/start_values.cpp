@@ -129,6 +129,23 @@ Oscillator<double> SplitSlider(const Oscillator<double>& link, int split, double
   return result;
 }
 
+Oscillator<double> MergeSliders(const Oscillator<double>& link, int first) {
+  Oscillator<double> result;
+  result.k = link.k;
+  result.g = link.g;
+  for (int i = 0; i < link.size(); ++i) {
+    const Slider<double>& s = link.sliders()[static_cast<std::size_t>(i)];
+    if (i == first + 1) {
+      Slider<double>& merged = result.sliders()[static_cast<std::size_t>(first)];
+      merged.k += s.k;
+      merged.T0 += s.T0;
+    } else {
+      result.Add(s);
+    }
+  }
+  return result;
+}
+
 std::vector<double> GrowingWindows(const Phases& phases) {
   std::vector<double> windows;
   const std::vector<Extremum>& e = phases.extrema;

@@ -34,6 +34,9 @@ Oscillator<double> SpreadSlider(const Oscillator<double>& one, int sliders, doub
 /// stiffness each, the friction divided so that their critical displacements are apart by the ratio `spread` (> 1).
 Oscillator<double> SplitSlider(const Oscillator<double>& link, int split, double spread);
 
+/// The same link with sliders `first` and `first + 1` replaced by one that has the sums of both.
+Oscillator<double> MergeSliders(const Oscillator<double>& link, int first);
+
 /// Growing windows for the fit [s from the first extremum]: one, two, four ... periods.
 std::vector<double> GrowingWindows(const Phases& phases);
 
