@@ -8,14 +8,13 @@
 #include <array>
 #include <cmath>
 #include <cstdio>
-#include <cstdlib>
 #include <random>
-#include <string>
 #include <vector>
 
 #include "identify/identification.h"
 #include "identify/start_values.h"
 #include "measurements/rig/rig.h"
+#include "tests/hidden_effects/rig_records.h"
 
 namespace uiclink {
 namespace {
@@ -30,8 +29,7 @@ struct Size {
 };
 
 Size StudySize(int records) {
-  const char* is_long = std::getenv("UICLINK_LONG");
-  if (is_long != nullptr && std::string(is_long) == "1") return {1000, records == 1 ? 1 : 10, 0.93, 0.97};
+  if (IsLong()) return {1000, records == 1 ? 1 : 10, 0.93, 0.97};
   return {200, records, 0.90, 0.995};
 }
 
@@ -45,22 +43,6 @@ rig::Settings PlainLateral(std::uint64_t seed) {
   settings.sensor.zero_scatter = 0.0003;
   settings.seed = seed;
   return settings;
-}
-
-Record ToRecord(const rig::RigRecord& made) {
-  Record record;
-  record.file = "lateral_rig.txt";
-  record.direction = Direction::kLateral;
-  record.sampling_hz = 200;
-  record.t = made.t;
-  for (const double y : made.y_mm) record.y.push_back(1e-3 * std::round(1e3 * y) / 1e3);  // printed with three decimals
-  return record;
-}
-
-std::vector<Record> MakeRecords(const rig::Settings& settings, int count) {
-  std::vector<Record> records;
-  for (int i = 1; i <= count; ++i) records.push_back(ToRecord(rig::MakeRecord(settings, i)));
-  return records;
 }
 
 struct Coverage {
@@ -77,7 +59,8 @@ Coverage RunStudies(const Size& size, const rig::Scatter& scatter, std::uint64_t
     IdentifyOptions options;
     options.starts.count = 0;
     options.threads = 1;
-    const Identification id = Identify(Direction::kLateral, MakeRecords(settings, size.records), options);
+    const Identification id =
+        Identify(Direction::kLateral, MakeRecords(settings, size.records, Direction::kLateral), options);
     EXPECT_EQ(id.CountUsed(), size.records) << "study " << study;
     const std::array<double, 3> truth = {3.41, 2.21, 0.018};
     for (std::size_t q = 0; q < 3; ++q)
@@ -141,7 +124,8 @@ TEST(PlainModel, StartsFiftyPerCentOffEndAtTheSameMinimum) {
   int same = 0, tried = 0;
   for (int i = 0; i < 25; ++i) {
     RecordResult result;
-    result.record = ToRecord(rig::MakeRecord(PlainLateral(40000 + static_cast<std::uint64_t>(i)), 1));
+    result.record =
+        ToRecord(rig::MakeRecord(PlainLateral(40000 + static_cast<std::uint64_t>(i)), 1), Direction::kLateral);
     PrepareRecord({}, &result);
     ASSERT_TRUE(result.used) << result.reason;
     FitRecord(1, {.count = 0}, &result);
