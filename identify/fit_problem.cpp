@@ -8,6 +8,7 @@
 #include <memory>
 
 #include "identify/compressed_rows.h"
+#include "identify/parallel.h"
 #include "identify/record_columns.h"
 
 namespace uiclink {
@@ -232,7 +233,8 @@ class Fitter {
     std::vector<double*> link = {LevelsBlock(0)};
     if (n > 1) link.push_back(outcome_.state.shape.data());
     if (control.held)  // a pull that moves the quantity by far less than its distance from the minimum; see HoldCost
-      problem.AddResidualBlock(new HoldCost(n, control.held->first, control.held->second, 1e6), nullptr, link);
+      problem.AddResidualBlock(new HoldCost(n, control.held->first, control.held->second, control.held_weight), nullptr,
+                               link);
     for (std::size_t r = 0; r < outcome_.state.levels.size(); ++r) {
       const FitData limits = WidestLimits(sharing_ == Sharing::kLink ? data_ : data_.subspan(r, 1));
       if (!(limits.smallest > 0) && !(limits.swing > 0)) continue;
@@ -246,7 +248,7 @@ class Fitter {
     options.function_tolerance = last ? control.function_tolerance : 1e-3;
     options.gradient_tolerance = 1e-14;
     options.parameter_tolerance = last ? 1e-12 : 1e-5;
-    options.num_threads = control.threads;
+    options.num_threads = std::min(control.threads, CountThreads(0));  // Ceres complains of more in its log
     if (data_.size() == 1) {
       options.linear_solver_type = ceres::DENSE_QR;  // a dozen rows and columns
     } else {

@@ -59,6 +59,9 @@ struct FitControl {
   /// A quantity (see CountQuantities) that is held near this logarithm while everything else is free: the outcome is a
   /// point on the profile of that quantity, at the value that the quantity has there.
   std::optional<std::pair<int, double>> held = {};
+  /// Weight of its distance [1/unit of the logarithm]. Some thirty times the inverse of its standard deviation holds it
+  /// well enough; more makes a narrow bent valley of the problem, along which a fit creeps.
+  double held_weight = 1e6;
   bool fix_link = false;   ///< only the starts are free; levels and shape stay as they are
   bool fix_shape = false;  ///< the shape is held, levels and starts are free
   int max_iterations = 200;

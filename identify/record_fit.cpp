@@ -14,8 +14,11 @@ namespace {
 
 constexpr double kSameMinimum = 1e-3;     // relative difference of the sum of squares that still is the same minimum
 constexpr double kRollsThroughout = 0.9;  // last over first amplitude of a decay that never slides
-constexpr double kFirstSpread = 3;        // ratio of the critical displacements from which two sliders start
-constexpr double kSplits[] = {1.6, 2.2};  // the same for the two halves of a slider that is split
+// Ratios of the critical displacements of the two halves of a slider that is split: the first, the others, hardly at
+// all.
+constexpr double kFirstSplit = 3;
+constexpr double kSplits[] = {1.6, 2.2};
+constexpr double kHardlySplit = 1.05;
 
 FitState MakeState(const Oscillator<double>& link, const Start& start) {
   FitState state;
@@ -42,6 +45,10 @@ Levels CalcDrift(const std::vector<Levels>& windows) {
   return drift;
 }
 
+/// Does the sum of squares fall by more than a slider too many makes it fall? Two unknowns too many take 12 off it in
+/// one record of 400 (chi-square).
+bool Gains(double before, double after) { return before - after > std::max(kSameMinimum * before, 12.0); }
+
 /// Several sliders grow from the fit of one: two, far apart, then each slider of the best fit so far is split in turn.
 /// The sum of squares of several sliders has many local minima, in which one joint does the work of two: from equal
 /// shares one fit in thirty finds the lowest, this way most do, for the same number of evaluations.
@@ -51,15 +58,22 @@ FitOutcome FitSpread(const FitData& data, const FitOutcome& one, int sliders) {
     return Fit({&data, 1}, Sharing::kLink, MakeState(link, start),
                {.max_iterations = kSloppyIterations, .function_tolerance = n < sliders ? kPassing : kSloppyTolerance});
   };
-  const Oscillator<double> single = ToOscillator(one.state.levels[0], one.state.shape, data.g);
-  FitOutcome best = fit(SpreadSlider(single, 2, kFirstSpread), one.state.starts[0], 2);
-  best.evaluations += one.evaluations;
-  for (int n = 3; n <= sliders; ++n) {
+  FitOutcome best = one;
+  Oscillator<double> link = ToOscillator(one.state.levels[0], one.state.shape, data.g);
+  bool gains = true;
+  for (int n = 2; n <= sliders; ++n) {
     FitOutcome grown;
     grown.evaluations = best.evaluations;
-    const Oscillator<double> link = ToOscillator(best.state.levels[0], best.state.shape, data.g);
-    for (int i = 0; i + 1 < n; ++i) KeepBetter(fit(SplitSlider(link, i, kSplits[0]), best.state.starts[0], n), &grown);
+    const auto try_split = [&](int slider, double spread) {
+      KeepBetter(fit(SplitSlider(link, slider, spread), best.state.starts[0], n), &grown);
+    };
+    // Where the last slider gained nothing, it does not matter which one the next is split from.
+    for (int i = 0; i + 1 < (gains ? n : 2); ++i) try_split(i, n == 2 ? kFirstSplit : kSplits[0]);
+    // Two halves that are nearly one cannot do worse than the whole, wherever the others have strayed.
+    if (grown.chi2 > (1 + kSameMinimum) * best.chi2) try_split(0, kHardlySplit);
+    gains = gains && Gains(best.chi2, grown.chi2);
     best = grown;
+    link = ToOscillator(best.state.levels[0], best.state.shape, data.g);
   }
   // How far the sums depend on the window, and on the number of sliders.
   best.window_levels = one.window_levels;
@@ -151,6 +165,18 @@ bool TakeLower(FitOutcome other, RecordResult* result) {
   return true;
 }
 
+/// One slider fewer does as well: there is nothing that another arrangement of them could find.
+bool HasSpareSlider(const FitData& data, RecordResult* result) {
+  const FitState& own = result->own.state;
+  const Oscillator<double> link = ToOscillator(own.levels[0], own.shape, data.g);
+  for (int i = 0; i + 1 < link.size(); ++i) {
+    const FitOutcome fewer = FitFrom(data, MergeSliders(link, i), own.starts[0]);
+    result->own.evaluations += fewer.evaluations;
+    if (!Gains(fewer.chi2, result->own.chi2)) return !result->information.structured;
+  }
+  return false;
+}
+
 /// No half swing stands out, and all of them together lose next to nothing: friction that holds all the time does not
 /// show. A slow decay that does lose amplitude goes on to the fit.
 bool OnlyRolls(const Phases& phases) {
@@ -207,7 +233,7 @@ void RefitRecord(const Oscillator<double>& link, RecordResult* result) {
 void RearrangeSliders(RecordResult* result) {
   constexpr int kRounds = 3;  // hardly ever more than two
   const FitData data = result->Data();
-  bool lower = true;
+  bool lower = !HasSpareSlider(data, result);
   for (int round = 0; lower && round < kRounds; ++round) {
     lower = false;
     const FitState from = result->own.state;

@@ -97,22 +97,6 @@ StartValues FindStartValues(const Phases& phases, double g) {
   return best;
 }
 
-Oscillator<double> SpreadSlider(const Oscillator<double>& one, int sliders, double spread) {
-  const Slider<double>& s = one.sliders()[0];
-  Oscillator<double> link;
-  link.k = one.k;
-  link.g = one.g;
-  std::vector<double> critical;
-  double sum = 0;
-  for (int i = 0; i < sliders; ++i) {
-    const double position = sliders == 1 ? 0 : static_cast<double>(i) / (sliders - 1) - 0.5;
-    critical.push_back(std::pow(spread, position));
-    sum += critical.back();
-  }
-  for (const double c : critical) link.Add({.k = s.k / sliders, .T0 = s.T0 * c / sum});
-  return link;
-}
-
 Oscillator<double> SplitSlider(const Oscillator<double>& link, int split, double spread) {
   Oscillator<double> result;
   result.k = link.k;

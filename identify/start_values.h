@@ -26,10 +26,6 @@ struct StartValues {
 /// late amplitude T0/k1 is thereby matched too.
 StartValues FindStartValues(const Phases& phases, double g);
 
-/// A start for n sliders from the one-slider link: equal shares of stiffness, critical displacements T0i/k_i spread by
-/// `spread` (> 1: the ratio of the largest to the smallest) about its own, friction scaled to the same sum.
-Oscillator<double> SpreadSlider(const Oscillator<double>& one, int sliders, double spread);
-
 /// The same link with slider `split` replaced by two that together do the same until one of them slides: half the
 /// stiffness each, the friction divided so that their critical displacements are apart by the ratio `spread` (> 1).
 Oscillator<double> SplitSlider(const Oscillator<double>& link, int split, double spread);

@@ -13,7 +13,20 @@ namespace {
 constexpr double kWhitenessLevel = 1e-3;  // residuals count as structured below this p-value,
 constexpr double kRmsLevel = 1.03;        // or from this rms in noise levels on: two deviations of an estimated noise
 constexpr double kUnknown = 1.0;          // a standard deviation of a factor e: the value is not determined
-constexpr int kNeighbours = 3;            // blocks (periods) over which scores may be correlated
+constexpr int kNeighbours = 1;            // blocks (periods) over which scores may be correlated
+constexpr double kAbsorbed = 3;           // blocks' worth of a direction's scores that the fit has made vanish
+
+/// Share of the variance that is left in the sums over blocks of residuals that a fit has made small. At the minimum
+/// the scores of every unknown sum to zero; the unknowns that turn the phase (k, sum k_i, t0) or change the amplitude
+/// (T0, y0) see each other's as well, so some three blocks' worth of a direction is gone, and from neighbours as much
+/// again.
+double CalcShareLeft(Eigen::Index blocks) {
+  const double size = static_cast<double>(blocks);
+  double counted = 1;
+  for (int lag = 1; lag <= kNeighbours; ++lag)
+    counted += 2 * (1 - static_cast<double>(lag) / (kNeighbours + 1)) * std::max(0.0, 1 - lag / size);
+  return std::max(0.3, 1 - kAbsorbed * counted / size);
+}
 
 /// Variance of the sum of scores over that of white noise, averaged over the determined directions.
 double CalcScoreInflation(const Eigen::MatrixXd& projected, const Eigen::VectorXd& residuals,
@@ -40,7 +53,7 @@ double CalcScoreInflation(const Eigen::MatrixXd& projected, const Eigen::VectorX
     sum += variance / eigen.eigenvalues()(d);
     ++directions;
   }
-  return directions == 0 ? 1 : sum / directions;
+  return directions == 0 ? 1 : sum / (directions * CalcShareLeft(blocks));
 }
 
 }  // namespace
@@ -129,13 +142,15 @@ namespace {
 class ProfileSide {
  public:
   /// @param direction  how (levels, shape) move with the logarithm of the quantity, to first order.
+  /// @param weight     with which the quantity is held where it is wanted.
   ProfileSide(std::span<const FitData> data, const FitOutcome& best, int quantity, Eigen::VectorXd direction,
-              double threshold)
+              double threshold, double weight)
       : data_(data),
         best_(best),
         quantity_(quantity),
         direction_(std::move(direction)),
         threshold_(threshold),
+        weight_(weight),
         goal_(std::sqrt(threshold)),
         log_best_(LogQuantity(best.state)) {}
 
@@ -209,8 +224,9 @@ class ProfileSide {
   Point Evaluate(double distance, const FitState& from, int* evaluations) const {
     FitControl control;
     control.held = {quantity_, log_best_ + distance};
-    control.max_iterations = 20;
-    control.function_tolerance = kGoalTolerance * threshold_ / best_.chi2;
+    control.held_weight = weight_;
+    control.max_iterations = 30;
+    control.function_tolerance = 0.1 * kGoalTolerance * threshold_ / best_.chi2;  // the last steps add up
     FitOutcome outcome = Fit(data_, Sharing::kLink, from, control);
     *evaluations += outcome.evaluations;
     return {.distance = LogQuantity(outcome.state) - log_best_,
@@ -223,6 +239,7 @@ class ProfileSide {
   int quantity_;
   Eigen::VectorXd direction_;
   double threshold_;
+  double weight_;  ///< of holding the quantity
   double goal_;
   double log_best_;
 };
@@ -246,7 +263,8 @@ Estimate ProfileQuantity(std::span<const FitData> data, const FitOutcome& best, 
   }
   const Eigen::VectorXd direction =
       covariance * CalcLogGradient(link, quantity).transpose() / std::max(log_std * log_std, 1e-30);
-  ProfileSide side(data, best, quantity, direction, kChiSquare95 * variance_factor);
+  const double weight = 30 * std::sqrt(variance_factor) / std::max(log_std, 1e-8);
+  ProfileSide side(data, best, quantity, direction, kChiSquare95 * variance_factor, weight);
   const double step = std::clamp(bound * log_std, 1e-8, 1.0);
   estimate.low = std::exp(side.Find(-step, &estimate.low_open, evaluations));
   estimate.high = std::exp(side.Find(step, &estimate.high_open, evaluations));

@@ -196,6 +196,38 @@ TEST(Fit, HoldsAQuantityOnItsProfile) {
   EXPECT_NE(held.state.levels[0][1], best.state.levels[0][1]);  // the others follow
 }
 
+TEST(Fit, KeepsTheZeroNearTheCentreOfTheLateMotion) {
+  const Oscillator<double> link = MakeLink(1);
+  const Record record = MakeRecord(link, 0, true);
+  FitData data = MakeData(record, 1e-5);
+  data.centre = 0.0004 - 0.010;  // a centre that is wrong by more than the reach
+  const FitOutcome outcome = Fit({&data, 1}, Sharing::kLink, MakeState(link, {-0.025, 0.3, 0.0004}));
+  EXPECT_NEAR(outcome.state.starts[0][2], data.centre + kZeroReach * data.swing, 1e-12);
+}
+
+double CriticalOfFirst(const FitOutcome& outcome) {
+  const Oscillator<double> link = ToOscillator(outcome.state.levels[0], outcome.state.shape, 1);
+  return link.sliders()[0].T0 / link.sliders()[0].k;
+}
+
+TEST(Fit, KeepsCriticalDisplacementsBetweenResolutionAndSwing) {
+  const Oscillator<double> link = MakeLink(1);  // 8.1 mm
+  const Record record = MakeRecord(link, 0, true);
+  const FitState start = MakeState(link, {-0.025, 0.3, 0.0004});
+  FitData coarse = MakeData(record, 1e-3), small = coarse;
+  coarse.smallest = 0.010;
+  small.swing = 0.006;
+  // The walls give way by a thousandth for a pull of 1e5 sums of squares, some of which a wrong link has at this noise.
+  EXPECT_NEAR(CriticalOfFirst(Fit({&coarse, 1}, Sharing::kLink, start)), 0.010, 0.005 * 0.010);
+  EXPECT_NEAR(CriticalOfFirst(Fit({&small, 1}, Sharing::kLink, start)), 0.006, 0.005 * 0.006);
+  // Records that share a link resolve what the best of them resolves, in whatever order they come.
+  FitState shared = start;
+  shared.starts.push_back(start.starts[0]);
+  const FitData fine = MakeData(record, 1e-3);
+  for (const std::vector<FitData>& data : {std::vector<FitData>{coarse, fine}, std::vector<FitData>{fine, coarse}})
+    EXPECT_NEAR(CriticalOfFirst(Fit(data, Sharing::kLink, shared)), 0.018 / 2.21, 1e-9);
+}
+
 TEST(Fit, SurvivesWhatTheDataDoNotDetermine) {
   // Two equal sliders cannot be told from one: the split is arbitrary, the sums are not.
   Oscillator<double> link;
