@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <numbers>
 #include <optional>
 
@@ -11,6 +12,9 @@ namespace uiclink::rig {
 namespace {
 
 double Square(double x) { return x * x; }
+
+/// Force of one dip in the potential -width exp((1 - u^2)/2), largest (1) at u = +-1.
+double Bump(double u) { return u * std::exp(0.5 - 0.5 * u * u); }
 
 /// Velocity after dt under the constant acceleration a and the dry friction F (both [m/s^2]): slows down to zero, then
 /// stays or turns round with what friction leaves of a.
@@ -53,7 +57,7 @@ void Oscillator::StartAtRest() {
     state_.joints[i].p = y + joint.T_start / joint.k + slack;
   }
   std::fill(state_.micro.begin(), state_.micro.end(), y);
-  FollowJoints(0, 1);
+  FollowJoints(0, 0);
   FollowMicroSlip();
 }
 
@@ -68,7 +72,7 @@ void Oscillator::StartAtExtremum(double y) {
     state_.joints[i].p = y - side * (T / joint.k + e.clearance_gap);
   }
   std::fill(state_.micro.begin(), state_.micro.end(), 0.0);
-  FollowJoints(0, 1);
+  FollowJoints(0, 0);
   FollowMicroSlip();
   state_.loss = 0;
 }
@@ -78,19 +82,36 @@ void Oscillator::SetPush(double P, double sign) {
   push_sign_ = sign;
 }
 
+double Oscillator::Stiffness(double t) const {
+  const EffectSizes& e = link_.effects;
+  if (e.modulation_a == 0) return link_.k;
+  return link_.k * (1 + e.modulation_a * std::sin(2 * std::numbers::pi * e.modulation_f * t + e.modulation_phase));
+}
+
 double Oscillator::PositionForce(double y) const {
   const EffectSizes& e = link_.effects;
-  double force = std::isinf(e.pendulum_l) ? -link_.k * y : -link_.k * e.pendulum_l * std::sin(y / e.pendulum_l);
+  const double k = Stiffness(state_.t);
+  double force = std::isinf(e.pendulum_l) ? -k * y : -k * e.pendulum_l * std::sin(y / e.pendulum_l);
   force -= (e.quadratic_k2 + e.cubic_k3 * y) * y * y;
   const double beyond = y - e.stop_position;
   if (e.stop_k > 0 && beyond * e.stop_position > 0) force -= e.stop_k * beyond;
+  if (e.bump_height != 0) {
+    force -= e.bump_height * (Bump((y - e.bump_centre) / e.bump_width) + Bump((y + e.bump_centre) / e.bump_width));
+  }
   return force;
+}
+
+double Oscillator::PendulumEnergy(double y, double k) const {
+  const double l = link_.effects.pendulum_l;
+  return std::isinf(l) ? 0.5 * k * y * y : 2 * k * Square(l * std::sin(0.5 * y / l));
 }
 
 double Oscillator::PotentialEnergy(double y) const {
   const EffectSizes& e = link_.effects;
-  double energy = std::isinf(e.pendulum_l) ? 0.5 * link_.k * y * y
-                                           : 2 * link_.k * Square(e.pendulum_l * std::sin(0.5 * y / e.pendulum_l));
+  double energy = PendulumEnergy(y, Stiffness(state_.t));
+  const double u_right = (y - e.bump_centre) / e.bump_width, u_left = (y + e.bump_centre) / e.bump_width;
+  energy -=
+      e.bump_height * e.bump_width * (std::exp(0.5 - 0.5 * Square(u_right)) + std::exp(0.5 - 0.5 * Square(u_left)));
   energy += (e.quadratic_k2 / 3 + e.cubic_k3 * y / 4) * y * y * y;
   const double beyond = y - e.stop_position;
   if (e.stop_k > 0 && beyond * e.stop_position > 0) energy += 0.5 * e.stop_k * Square(beyond);
@@ -118,12 +139,15 @@ double Oscillator::FrictionLimit(const Joint& joint, double side) const {
   return joint.T0 * std::max(0.0, 1 + e.friction_rate * state_.t) * (1 + side * e.asymmetry_a);
 }
 
-/// Return map of the joints at the new displacement; v is the mass's speed in the step of length h. Leaves the sum of
-/// their forces and the dry friction that goes with their state.
-void Oscillator::FollowJoints(double v, double h) {
+/// Return map of the joints at the new displacement; v_half is the mass's speed in the step, `speed` its size at the
+/// end of the step, or 0 when it turned round within: there a limit that grows with the speed has been lowest, and the
+/// slider has followed it. Leaves the sum of their forces and the dry friction that goes with their state.
+void Oscillator::FollowJoints(double v_half, double speed) {
   const EffectSizes& e = link_.effects;
-  const double peak_static = 1 + e.stribeck_s;
-  const double peak_sliding = e.stribeck_s == 0 ? 1 : 1 + e.stribeck_s * std::exp(-Square(v / e.stribeck_v_s));
+  const double growth = e.strengthening_b * speed;
+  const double peak_static = 1 + e.stribeck_s + growth;
+  const double peak_sliding =
+      1 + (e.stribeck_s == 0 ? 0 : e.stribeck_s * std::exp(-Square(v_half / e.stribeck_v_s))) + growth;
   bool all_slide = !link_.joints.empty();
   state_.T_sum = 0;
   for (std::size_t i = 0; i < link_.joints.size(); ++i) {
@@ -135,18 +159,14 @@ void Oscillator::FollowJoints(double v, double h) {
     double held = std::abs(spring);
     if (held > T0 * (now.sliding ? peak_sliding : peak_static)) {
       const double limit = T0 * peak_sliding;
-      // Trapezoidal rule for p' = excess/(T0 b), excess = held - limit; without b it is held = limit.
-      const double dp = (now.excess + held - limit) / (joint.k + 2 * T0 * e.strengthening_b / h);
-      const double after = held - joint.k * dp;
+      const double dp = (held - limit) / joint.k;
       // Breaking out through a static peak, the spring relaxes from the peak to the limit while p jumps.
-      const double mean_force = now.sliding ? after : 0.5 * (after + std::max(after, T0 * peak_static));
+      const double mean_force = now.sliding ? limit : 0.5 * (limit + std::max(limit, T0 * peak_static));
       state_.loss += mean_force * dp;
       now.p += side * dp;
-      now.excess = after - limit;
       now.sliding = true;
-      held = after;
+      held = limit;
     } else {
-      now.excess = 0;
       now.sliding = false;
       all_slide = false;
     }
@@ -174,23 +194,41 @@ void Oscillator::FollowMicroSlip() {
   state_.loss += k * slipped;
 }
 
+/// Exact for a displacement that grows by dy at a constant rate within the step of length h.
+void Oscillator::FollowMaxwell(double dy, double h) {
+  const EffectSizes& e = link_.effects;
+  if (e.maxwell_k == 0) return;
+  const double before = state_.maxwell_T;
+  const double relaxed = -std::expm1(-h / e.maxwell_tau);
+  state_.maxwell_T += -before * relaxed - e.maxwell_k * dy * relaxed * e.maxwell_tau / h;
+  const double mean_square = (Square(before) + before * state_.maxwell_T + Square(state_.maxwell_T)) / 3;
+  state_.loss += mean_square * h / (e.maxwell_k * e.maxwell_tau);  // the dashpot's force times its speed
+  state_.T_sum += state_.maxwell_T;
+}
+
 void Oscillator::Step(double h) {
   const double g = link_.g;
   const double v0 = state_.v;
   const double a0 = g * (PositionForce(state_.y) + state_.T_sum + VelocityForce(v0) + PushForce(v0));
   const double v_half = KickWithDryFriction(v0, a0, g * state_.friction, 0.5 * h);
   state_.loss += (state_.friction * std::abs(v_half) - VelocityForce(v_half) * v_half) * h;
+  if (link_.effects.modulation_a != 0) {
+    const double y_middle = state_.y + 0.5 * h * v_half;  // the spring changes under the mass: what it takes is lost
+    state_.loss += PendulumEnergy(y_middle, Stiffness(state_.t)) - PendulumEnergy(y_middle, Stiffness(state_.t + h));
+  }
   state_.t += h;
   state_.y += h * v_half;
-  FollowJoints(v_half, h);
-  FollowMicroSlip();
   const double v_end = v_half + (v_half - v0);  // velocity-dependent forces at a second-order guess of the end
+  FollowJoints(v_half, v0 * v_end > 0 ? std::abs(v_end) : 0);
+  FollowMicroSlip();
+  FollowMaxwell(h * v_half, h);
   const double a1 = g * (PositionForce(state_.y) + state_.T_sum + VelocityForce(v_end) + PushForce(v_end));
   state_.v = KickWithDryFriction(v_half, a1, g * state_.friction, 0.5 * h);
 }
 
 double Oscillator::Energy() const {
   double energy = 0.5 * Square(state_.v) / link_.g + PotentialEnergy(state_.y);
+  if (link_.effects.maxwell_k > 0) energy += 0.5 * Square(state_.maxwell_T) / link_.effects.maxwell_k;
   for (std::size_t i = 0; i < link_.joints.size(); ++i) {
     energy += 0.5 * link_.joints[i].k * Square(SlackFree(state_.y - state_.joints[i].p));
   }
@@ -292,11 +330,15 @@ class RingDown {
 };
 
 /// Size of the first free extremum, measured from the link's zero on the plan's side [m]; 0 when there is none by
-/// `end_s`.
+/// `end_s`, not a number when the push drove a softening link over the top of its potential.
 double FirstExtremumSize(const Link& link, const PushPlan& plan, double step, double end_s) {
   RingDown run(link, plan);
   const auto steps = static_cast<long>((end_s - plan.start_s) / step);
-  for (long i = 0; i < steps && !run.first_extremum(); ++i) run.Step(step);
+  constexpr double kFarAway = 1;  // [m]
+  for (long i = 0; i < steps && !run.first_extremum(); ++i) {
+    run.Step(step);
+    if (!(std::abs(run.y()) < kFarAway)) return std::numeric_limits<double>::quiet_NaN();
+  }
   return run.first_extremum() ? plan.side * run.first_extremum()->y : 0.0;
 }
 
@@ -309,14 +351,20 @@ double TunePush(const Link& link, PushPlan plan, double target, double step, dou
   };
   double low = 0, f_low = -target;
   double high = 0.03, f_high = miss(high);
-  while (f_high < 0) {
-    if (high > 1e3) {
+  double too_much = kNever;
+  while (!(f_high >= 0)) {
+    if (high > 1e3 || too_much - low < 1e-6 * too_much) {
       throw std::invalid_argument(fmt::format(
           "push: expected a push that reaches first_extremum_mm = {:.4g}, found none up to {:.0f} times the load",
           1e3 * target, high));
     }
-    low = high, f_low = f_high;
-    high *= 2, f_high = miss(high);
+    if (std::isnan(f_high)) {
+      too_much = high;
+    } else {
+      low = high, f_low = f_high;
+    }
+    high = std::isinf(too_much) ? 2 * high : 0.5 * (low + too_much);
+    f_high = miss(high);
   }
   int kept = 0;  // which end was kept last: +1 high, -1 low
   for (int i = 0; i < 60; ++i) {

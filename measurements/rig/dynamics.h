@@ -16,14 +16,15 @@ class Oscillator {
   /// Everything that moves, so that a step can be taken back.
   struct State {
     struct Slider {
-      double p = 0;       ///< position [m]
-      double excess = 0;  ///< force above the limit that drives it against friction growing with its speed
+      double p = 0;  ///< position [m]
       bool sliding = false;
     };
     double t = 0, y = 0, v = 0;
     double friction = 0;  ///< dry friction on the mass that holds now, per unit load
-    double T_sum = 0;     ///< force of all joints and micro-slip sliders on the mass, per unit load
-    double loss = 0;      ///< energy lost so far, per unit load [m]
+    double T_sum =
+        0;  ///< force of all that has a memory (joints, micro-slip, Maxwell branch) on the mass, per unit load
+    double maxwell_T = 0;  ///< force of the Maxwell branch on the mass, per unit load
+    double loss = 0;       ///< energy lost so far, per unit load [m]
     std::vector<Slider> joints;
     std::vector<double> micro;  ///< positions of the micro-slip sliders [m]
   };
@@ -51,14 +52,17 @@ class Oscillator {
   double ResonanceFrequency() const { return w_push_; }
 
  private:
+  double Stiffness(double t) const;
   double PositionForce(double y) const;
   double VelocityForce(double v) const;
   double PushForce(double v) const;
   double PotentialEnergy(double y) const;
+  double PendulumEnergy(double y, double k) const;
   double SlackFree(double z) const;
   double FrictionLimit(const Joint& joint, double side) const;
-  void FollowJoints(double v, double h);
+  void FollowJoints(double v_half, double speed);
   void FollowMicroSlip();
+  void FollowMaxwell(double dy, double h);
 
   Link link_;  ///< the extra slider is one of its joints
   double w_push_ = 0;

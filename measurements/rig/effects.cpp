@@ -28,8 +28,8 @@ const std::vector<Effect>& EffectCatalogue() {
        {{"s", "-", "static excess", &E::stribeck_s, 0, 5, 0.15},
         {"v_s", "m/s", "Stribeck speed", &E::stribeck_v_s, 1e-6, 10, 0.03}}},
       {"velocity_strengthening",
-       "a joint slides at T0 (1 + b v), v its own sliding speed",
-       {{"b", "s/m", "growth with speed", &E::strengthening_b, 0, 100, 1}}},
+       "a joint breaks out and slides at T0 (1 + b abs(y')), y' the speed of the mass",
+       {{"b", "s/m", "growth with the speed of the mass", &E::strengthening_b, 0, 100, 1}}},
       {"friction_drift",
        "T0(t) = T0 (1 + rate t), t from the start of the record, never below 0",
        {{"rate", "1/s", "relative change", &E::friction_rate, -1, 1, 0.02}}},
@@ -73,12 +73,40 @@ const std::vector<Effect>& EffectCatalogue() {
   return catalogue;
 }
 
-std::string FormatEffectTable() {
+const std::vector<Effect>& OutsideCatalogue() {
+  using E = EffectSizes;
+  static const std::vector<Effect> outside{
+      {"force_bump",
+       "y''/g = ... - height (b((y - centre)/width) + b((y + centre)/width)), b(u) = u exp((1 - u^2)/2): a dip in the "
+       "potential on either side",
+       {{"height", "-", "largest force", &E::bump_height, -1, 1, 0.003},
+        {"centre", "m", "displacement of the dips", &E::bump_centre, 0, 1, 0.012},
+        {"width", "m", "from the centre to the largest force", &E::bump_width, 1e-5, 1, 0.002}}},
+      {"stiffness_modulation",
+       "k (1 + a sin(2 pi f t + phase)) instead of k, t from the start of the record",
+       {{"a", "-", "relative depth", &E::modulation_a, 0, 0.9, 0.03},
+        {"f", "Hz", "frequency", &E::modulation_f, 0, 100, 0.4},
+        {"phase", "rad", "phase", &E::modulation_phase, -7, 7, 0.5}}},
+      {"maxwell_branch",
+       "a spring in series with a dashpot beside the link: T' = -k y' - T/tau",
+       {{"k", "1/m", "stiffness of the spring", &E::maxwell_k, 0, 100, 0.3},
+        {"tau", "s", "relaxation time", &E::maxwell_tau, 1e-3, 1e3, 0.3}}},
+  };
+  return outside;
+}
+
+std::vector<Effect> AllEffects() {
+  std::vector<Effect> all = EffectCatalogue();
+  all.insert(all.end(), OutsideCatalogue().begin(), OutsideCatalogue().end());
+  return all;
+}
+
+std::string FormatEffectTable(const std::vector<Effect>& effects) {
   std::string table =
       "| identifier | equation | parameters (the first is the size), unit, neutral or default value |\n";
   table += "| --- | --- | --- |\n";
   const EffectSizes defaults;
-  for (const Effect& effect : EffectCatalogue()) {
+  for (const Effect& effect : effects) {
     std::string parameters;
     for (const EffectParameter& p : effect.parameters) {
       parameters += fmt::format("{}`{}` [{}] {}, {}", parameters.empty() ? "" : "; ", p.symbol, p.unit, p.meaning,

@@ -76,7 +76,8 @@ int main(int argc, char** argv) {
   try {
     app.parse(argc, argv);
     if (list_effects) {
-      fmt::print("{}", rig::FormatEffectTable());
+      fmt::print("{}\nBeyond the catalogue:\n\n{}", rig::FormatEffectTable(rig::EffectCatalogue()),
+                 rig::FormatEffectTable(rig::OutsideCatalogue()));
       return 0;
     }
     if (options.settings.empty()) throw CLI::RequiredError("SETTINGS");

@@ -43,7 +43,7 @@ std::string FormatLink(const Link& link) {
 std::string FormatEffects(const EffectSizes& sizes) {
   const EffectSizes neutral;
   std::string text;
-  for (const Effect& effect : EffectCatalogue()) {
+  for (const Effect& effect : AllEffects()) {
     const auto size = effect.parameters.front().value;
     if (sizes.*size == neutral.*size) continue;
     text += fmt::format("effects.{} = {{", effect.id);

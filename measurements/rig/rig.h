@@ -16,13 +16,14 @@
 ///
 ///   y''/g = -k y + sum T_i + (effects) + (push)
 ///
-/// The effects, with equations and units, are the table of rig/README.md, which is printed from EffectCatalogue().
+/// The effects, with equations and units, are the tables of rig/README.md, printed from EffectCatalogue() and
+/// OutsideCatalogue().
 namespace uiclink::rig {
 
 inline constexpr double kNever = std::numeric_limits<double>::infinity();
 
 /// Sizes of all effects that the plain model lacks. Each default is the neutral value: nothing of the effect is left.
-/// Meaning, unit and equation of each member are in EffectCatalogue().
+/// Meaning, unit and equation of each member are in EffectCatalogue() and, for the last three, OutsideCatalogue().
 struct EffectSizes {
   double viscous_c = 0;
   double drag_d = 0;
@@ -44,6 +45,9 @@ struct EffectSizes {
   double saturation_level = kNever;
   double nonlinearity_e = 0;
   double hum_A = 0, hum_f = 50, hum_phase = 0;
+  double bump_height = 0, bump_centre = 0.012, bump_width = 0.002;
+  double modulation_a = 0, modulation_f = 0.4, modulation_phase = 0;
+  double maxwell_k = 0, maxwell_tau = 0.3;
 };
 
 /// One parameter of an effect.
@@ -56,7 +60,7 @@ struct EffectParameter {
   double example;              ///< a size that shows clearly in a record
 };
 
-/// One effect of the catalogue. Its first parameter is its size: at the neutral value (the default of EffectSizes) the
+/// One effect. Its first parameter is its size: at the neutral value (the default of EffectSizes) the
 /// effect vanishes whatever the others are.
 struct Effect {
   const char* id;
@@ -64,11 +68,18 @@ struct Effect {
   std::vector<EffectParameter> parameters;
 };
 
-/// Every effect that can be switched on, in a fixed order. Any number of them act together.
+/// The effects that the program under test knows too, in a fixed order. Any number of effects act together.
 const std::vector<Effect>& EffectCatalogue();
 
-/// The catalogue as the Markdown table that stands in rig/README.md.
-std::string FormatEffectTable();
+/// Effects that the rig can make and that must stay out of every catalogue: what a program says of records that hold
+/// something it has never heard of can only be tested with them.
+const std::vector<Effect>& OutsideCatalogue();
+
+/// Both lists, one after the other: all that can stand under `effects` in a settings file.
+std::vector<Effect> AllEffects();
+
+/// A list of effects as the Markdown table that stands in rig/README.md.
+std::string FormatEffectTable(const std::vector<Effect>& effects);
 
 /// A spring in series with a dry-friction slider: one joint of the link.
 struct Joint {
@@ -183,11 +194,12 @@ struct FreeDecay {
   std::vector<double> t;          ///< every step [s]
   std::vector<double> y;          ///< [m]
   std::vector<double> energy;     ///< kinetic + potential energy per unit load [m]
-  std::vector<double> loss;       ///< energy lost to friction and drag since t = 0, per unit load [m]
+  std::vector<double> loss;       ///< energy lost since t = 0, per unit load [m]; what a modulated spring takes counts
   std::vector<Extremum> extrema;  ///< after t = 0, in order
 };
 
-/// Lets go at the extremum y0 [m], where v = 0 and every joint has been sliding outward (T_i = -sign(y0) T0i).
+/// Lets go at the extremum y0 [m], where v = 0 and every joint has been sliding outward (T_i = -sign(y0) T0i). A
+/// Maxwell branch starts relaxed.
 FreeDecay ReleaseFromExtremum(const Link& link, double y0, double duration_s, double step_s = 1e-4);
 
 }  // namespace uiclink::rig

@@ -171,7 +171,7 @@ void ReadLink(const toml::table& table, Link& link, Faults& faults) {
 
 void ReadEffects(const toml::table& table, EffectSizes& sizes, Faults& faults) {
   Section effects(table, "effects", faults);
-  for (const Effect& effect : EffectCatalogue()) {
+  for (const Effect& effect : AllEffects()) {
     const toml::table* entry = effects.Table(effect.id);
     if (entry == nullptr) continue;
     Section section(*entry, fmt::format("effects.{}", effect.id), faults);

@@ -313,10 +313,10 @@ TEST(RigSettings, SayEveryFaultWithItsLine) {
       "some.toml:6: expected \"c\" in [effects.viscous_damping], found no such key\n"
       "some.toml:7: expected one of the keys c in [effects.viscous_damping], found \"d\"\n"
       "some.toml:8: expected one of the keys asymmetric_friction, clearance, cross_axis_motion, cubic_stiffness, "
-      "end_stop, "
-      "extra_slider, friction_drift, mains_hum, micro_slip, pendulum_geometry, quadratic_drag, quadratic_stiffness, "
-      "rig_mode, rolling_friction, sensor_drift, sensor_nonlinearity, sensor_saturation, stribeck_friction, "
-      "velocity_strengthening, viscous_damping in [effects], found \"magic\"\n"
+      "end_stop, extra_slider, force_bump, friction_drift, mains_hum, maxwell_branch, micro_slip, pendulum_geometry, "
+      "quadratic_drag, quadratic_stiffness, rig_mode, rolling_friction, sensor_drift, sensor_nonlinearity, "
+      "sensor_saturation, stiffness_modulation, stribeck_friction, velocity_strengthening, viscous_damping in "
+      "[effects], found \"magic\"\n"
       "some.toml:11: expected a whole number in [2, 32] for \"bits\" in [sensor], found 12.5");
 }
 
