@@ -10,19 +10,12 @@
 #include "identify/compressed_rows.h"
 #include "identify/parallel.h"
 #include "identify/record_columns.h"
+#include "identify/resolved_cost.h"
 
 namespace uiclink {
 namespace {
 
-constexpr int kLevels = 3;
 constexpr int kStart = 3;
-
-/// Limits of the logarithms: stiffnesses between 1e-3 and 1e4 1/m, friction between 1e-7 and 1 of the load. A thousand
-/// times beyond every link; they only keep a fit without information from running away.
-constexpr std::array<double, kLevels> kLowest = {-6.9, -6.9, -16.1};
-constexpr std::array<double, kLevels> kHighest = {9.2, 9.2, 0.0};
-/// A slider of less than exp(-12) of the largest is not there.
-constexpr double kWidestShape = 12;
 
 /// Residuals (model - reading)/sigma of one record over blocks levels, shape (absent for one slider), start, compressed
 /// to as many rows as there are unknowns and one more.
@@ -116,57 +109,6 @@ class HoldCost final : public ceres::CostFunction {
   double weight_;
 };
 
-/// Walls at critical displacements below what the record resolves and above its first amplitude; nothing between them.
-class ResolvedCost final : public ceres::CostFunction {
- public:
-  /// @param smallest, largest  [m]; 0 for no wall on that side.
-  ResolvedCost(int sliders, double smallest, double largest)
-      : sliders_(sliders),
-        log_smallest_(std::log(smallest)),
-        log_largest_(largest > 0 ? std::log(largest) : std::numeric_limits<double>::infinity()) {
-    set_num_residuals(sliders);
-    mutable_parameter_block_sizes()->push_back(kLevels);
-    if (sliders > 1) mutable_parameter_block_sizes()->push_back(2 * (sliders - 1));
-  }
-
-  bool Evaluate(double const* const* parameters, double* residuals, double** jacobians) const override {
-    // So steep that a pull of 1e5 sums of squares per unit of the logarithm enters the wall by 1e-3.
-    constexpr double kSteepness = 1e4;
-    const Oscillator<double> link = ToOscillator(parameters[0], sliders_ > 1 ? parameters[1] : nullptr, sliders_, 1.0);
-    for (int i = 0; i < sliders_; ++i) {
-      const Slider<double>& slider = link.sliders()[static_cast<std::size_t>(i)];
-      const double log_critical = std::log(slider.T0 / slider.k);
-      // Distance behind a wall: negative behind the upper one.
-      const double inside = std::max(0.0, log_smallest_ - log_critical) + std::min(0.0, log_largest_ - log_critical);
-      residuals[i] = kSteepness * inside;
-      if (jacobians == nullptr) continue;
-      Eigen::RowVectorXd gradient = CalcLogGradient(link, 1 + i) - CalcLogGradient(link, 1 + sliders_ + i);
-      gradient *= inside != 0 ? kSteepness : 0.0;
-      const int shape = 2 * (sliders_ - 1);
-      if (jacobians[0] != nullptr)
-        for (int j = 0; j < kLevels; ++j) jacobians[0][i * kLevels + j] = gradient(j);
-      if (sliders_ > 1 && jacobians[1] != nullptr)
-        for (int j = 0; j < shape; ++j) jacobians[1][i * shape + j] = gradient(kLevels + j);
-    }
-    return true;
-  }
-
- private:
-  int sliders_;
-  double log_smallest_;
-  double log_largest_;
-};
-
-/// The record that resolves most, among those that have one link.
-FitData WidestLimits(std::span<const FitData> data) {
-  FitData widest = data[0];
-  for (const FitData& record : data) {
-    widest.smallest = std::min(widest.smallest, record.smallest);
-    widest.swing = widest.swing > 0 && record.swing > 0 ? std::max(widest.swing, record.swing) : 0;
-  }
-  return widest;
-}
-
 /// True when the sum of squares hardly fell any more when the iterations ran out: along a direction that the data do
 /// not determine a fit creeps for ever, and nothing that they do determine changes.
 bool CreptAtLast(const ceres::Solver::Summary& summary) {
@@ -239,7 +181,7 @@ class Fitter {
       const FitData limits = WidestLimits(sharing_ == Sharing::kLink ? data_ : data_.subspan(r, 1));
       if (!(limits.smallest > 0) && !(limits.swing > 0)) continue;
       link[0] = LevelsBlock(r);
-      problem.AddResidualBlock(new ResolvedCost(n, limits.smallest, limits.swing), nullptr, link);
+      problem.AddResidualBlock(MakeResolvedCost(n, limits.smallest, limits.swing), nullptr, link);
     }
     ceres::Solver::Options options;
     options.minimizer_type = ceres::TRUST_REGION;

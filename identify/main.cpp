@@ -17,6 +17,8 @@
 #include "data/input_error.h"
 #include "data/parameter_set_file.h"
 #include "identify/compare.h"
+#include "identify/diagnosis.h"
+#include "identify/effects_report.h"
 #include "identify/identification.h"
 #include "identify/record.h"
 #include "identify/report.h"
@@ -36,6 +38,7 @@ struct Arguments {
   std::string out = "out";
   std::string json;
   bool quiet = false;
+  bool no_diagnosis = false;
   std::string direction;
   std::string sliders;
   std::optional<double> cutoff_mm;
@@ -168,6 +171,11 @@ int RunIdentify(Arguments arguments) {
     if (!of_direction.empty())
       run.directions.push_back(Identify(direction, std::move(of_direction), arguments.identify));
   }
+  if (!arguments.no_diagnosis)
+    for (const Identification& id : run.directions)
+      run.diagnoses.push_back(id.CountUsed() > 0
+                                  ? Diagnose(id, {.threads = arguments.identify.threads, .progress = progress})
+                                  : Diagnosis{});
   progress.Clear();
   PrintLeftOut(run);
   if (!AnyUsed(run)) {
@@ -206,6 +214,11 @@ int RunCompare(const Arguments& arguments) {
   return result.CountLeftOut() == 0 ? kAllDone : kSomeLeftOut;
 }
 
+int RunEffects(const Arguments& arguments) {
+  Emit(arguments, FormatEffects(Effects()), FormatEffectsJson(Effects()));
+  return kAllDone;
+}
+
 int Main(int argc, char** argv) {
   Arguments arguments;
   CLI::App app{"identify: parameters of a UIC link suspension from its ring-down records"};
@@ -214,7 +227,8 @@ int Main(int argc, char** argv) {
       "Examples:\n"
       "  identify measurements/lateral_*.txt\n"
       "  identify --json - decay.csv --direction lateral --rate 200\n"
-      "  identify compare data/parameter_sets/set1.toml out/parameters.toml --records measurements/lateral_*.txt\n\n"
+      "  identify compare data/parameter_sets/set1.toml out/parameters.toml --records measurements/lateral_*.txt\n"
+      "  identify effects\n\n"
       "Exit codes: 0 all done; 1 done, but something was left out or is not trustworthy; 2 nothing could be done.");
   app.add_option("records", arguments.records, "records: text (time [s], displacement [mm]) or MATLAB files");
   app.add_option("--out", arguments.out, "folder of the results")->capture_default_str();
@@ -229,6 +243,7 @@ int Main(int argc, char** argv) {
       ->capture_default_str()
       ->check(CLI::NonNegativeNumber);
   app.add_option("--seed", arguments.identify.starts.seed, "seed of the scattered starts")->capture_default_str();
+  app.add_flag("--no-diagnosis", arguments.no_diagnosis, "fit the plain model only; do not ask what it lacks");
   app.add_option("--threads", arguments.identify.threads, "threads; 0: all of the machine")
       ->capture_default_str()
       ->check(CLI::NonNegativeNumber);
@@ -239,11 +254,19 @@ int Main(int argc, char** argv) {
   AddOutputOptions(compare, &arguments);
   AddReadOptions(compare, &arguments);
 
+  CLI::App* effects = app.add_subcommand("effects", "what the plain model may lack: the catalogue of effects");
+  effects->footer(
+      "Examples:\n"
+      "  identify effects | less\n"
+      "  identify effects --json - | jq '.effects[].id'");
+  AddOutputOptions(effects, &arguments);
+
   try {
     app.parse(argc, argv);
     if (!arguments.direction.empty())
       arguments.read.direction = arguments.direction == "lateral" ? Direction::kLateral : Direction::kLongitudinal;
     if (compare->parsed()) return RunCompare(arguments);
+    if (effects->parsed()) return RunEffects(arguments);
     if (arguments.records.empty()) throw CLI::RequiredError("records");
     return RunIdentify(arguments);
   } catch (const CLI::ParseError& error) {

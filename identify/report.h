@@ -4,6 +4,7 @@
 #include <string>
 #include <vector>
 
+#include "identify/diagnosis.h"
 #include "identify/identification.h"
 #include "model/parameter_set.h"
 
@@ -18,11 +19,15 @@ struct Rejected {
 /// Everything that a run of `identify` found, for one or both directions.
 struct RunResult {
   std::vector<Identification> directions;
-  std::vector<Rejected> rejected;  ///< files that could not be read
+  std::vector<Diagnosis> diagnoses;  ///< one per direction; empty when none was asked for
+  std::vector<Rejected> rejected;    ///< files that could not be read
 };
 
 /// Tables and sentences for the terminal.
 std::string FormatReport(const RunResult& run);
+
+/// The diagnosis of one direction: what the plain model gets wrong, why, and what the extended model gains.
+std::string FormatDiagnosis(const Identification& identification, const Diagnosis& diagnosis);
 
 /// JSON of schema "identify/1".
 std::string FormatJson(const RunResult& run);

@@ -1,0 +1,403 @@
+#include "identify/diagnosis.h"
+
+#include <algorithm>
+#include <chrono>
+#include <cmath>
+#include <limits>
+
+#include "identify/family_wise.h"
+#include "identify/statistics.h"
+
+namespace uiclink {
+namespace {
+
+constexpr std::size_t kMostCauses = 3;
+constexpr double kSignificant = 0.005;  // family-wise
+constexpr double kRivalBic = 10;        // difference below which two models are not told apart ("very strong" is above)
+constexpr double kExplainsEnough = 0.75;  // of the mean square, from which causes are named although structure is left
+constexpr double kNeeded = 0.9;  // rms with / without a cause: above this a model with structure left can do without
+constexpr double kSharingLevel = 0.01;
+
+std::vector<FitData> CollectData(const Identification& plain) {
+  std::vector<FitData> data;
+  for (const std::size_t i : plain.UsedIndices()) data.push_back(plain.records[i].Data());
+  return data;
+}
+
+/// The plain fit as a state: one link for all, or one per record.
+FitState CollectState(const Identification& plain, Sharing sharing) {
+  FitState state;
+  Levels levels;
+  FromOscillator(plain.link, &levels, &state.shape);
+  if (sharing == Sharing::kLink) state.levels.push_back(levels);
+  for (const std::size_t i : plain.UsedIndices()) {
+    const RecordResult& record = plain.records[i];
+    Shape shape;
+    FromOscillator(record.link, &levels, &shape);
+    if (sharing == Sharing::kShape) state.levels.push_back(levels);
+    state.starts.push_back(record.start);
+  }
+  return state;
+}
+
+std::vector<const Effect*> Observable() {
+  std::vector<const Effect*> effects;
+  for (const Effect* effect : Effects())
+    if (effect->unseen.empty()) effects.push_back(effect);
+  return effects;
+}
+
+/// A model on its way: an extension and its fit.
+struct Step {
+  Extension extension;
+  ExtendedOutcome outcome;
+};
+
+/// The diagnosis in the making.
+class Diagnoser {
+ public:
+  Diagnoser(const Identification& plain, const DiagnoseOptions& options)
+      : plain_(plain),
+        options_(options),
+        data_(CollectData(plain)),
+        sharing_(plain.shared ? Sharing::kLink : Sharing::kShape),
+        search_(data_, sharing_, MakeSearchOptions()),
+        catalogue_(Observable()) {
+    for (const FitData& d : data_) samples_ += static_cast<double>(d.size);
+  }
+
+  Diagnosis Run() {
+    const Step start = FitPlain();
+    result_.plain = Describe(data_, sharing_, start.extension, start.outcome);
+    std::vector<Step> path = GoForward(start);
+    Step final = path.back();
+    DropUnneeded(&final);
+    if (final.extension.empty()) final = start;
+    Judge(start, final);
+    return std::move(result_);
+  }
+
+ private:
+  SearchOptions MakeSearchOptions() const {
+    SearchOptions search{.threads = options_.threads, .progress = {}};
+    if (options_.progress)
+      search.progress = [this](int done, int of) { options_.progress("trying effects", done, of); };
+    return search;
+  }
+
+  Step FitPlain() const {
+    ExtendedState state{.link = CollectState(plain_, sharing_), .shared = {}, .own = {}};
+    state.own.resize(data_.size());
+    return {.extension = Extension(), .outcome = search_.Refit(Extension(), state)};
+  }
+
+  /// Independent observations under the best model so far; all models are judged with the same number.
+  double EffectiveSize(const Step& step) const {
+    return std::max(2.0, CalcStructure(data_, step.extension, step.outcome.state).effective_size);
+  }
+
+  static double LogLikelihoodRatio(double before, double after, double size) {
+    return size * std::log(before / std::max(after, 1e-300));
+  }
+
+  /// Smaller is better; for models of the same records with the same number of independent observations.
+  double Penalise(double chi2, int unknowns, double size) const {
+    return size * std::log(chi2) + unknowns * std::log(size) + 2 * std::log(static_cast<double>(catalogue_.size()));
+  }
+
+  /// Why an effect cannot be a cause as it was fitted.
+  std::string FindFault(const ExtendedResult& described, const Effect* effect) const {
+    double smallest = 0;
+    for (const FitData& d : data_) smallest = std::max(smallest, d.smallest);
+    for (const EffectEstimate& e : described.effects) {
+      if (e.effect != effect) continue;
+      if (e.at_bound) return e.symbol + " ends at its physical bound";
+      for (const EffectParameter& p : effect->parameters)
+        if (p.symbol == e.symbol && p.start_scale == StartScale::kSwing && p.coordinate == Coordinate::kLog &&
+            e.value < smallest)
+          return e.symbol + " is below what the records resolve";
+    }
+    return "";
+  }
+
+  /// One round: all effects that are not in the model yet, each tried by itself.
+  std::vector<EffectFit> TryAll(const Step& step) {
+    std::vector<const Effect*> tried;
+    for (const Effect* effect : catalogue_)
+      if (!step.extension.Has(effect)) tried.push_back(effect);
+    std::vector<EffectFit> fits = search_.Try(step.extension, step.outcome, tried);
+    for (const EffectFit& fit : fits) result_.evaluations += fit.outcome.evaluations;
+    return fits;
+  }
+
+  /// The best of a round by penalised likelihood, among those that are significant and possible.
+  struct Best {
+    const EffectFit* fit = nullptr;
+    double p_value = 1;
+    double penalised = std::numeric_limits<double>::infinity();
+    double size = 0;
+  };
+
+  Best FindBest(const Step& step, const std::vector<EffectFit>& fits) const {
+    const EffectFit* lowest = nullptr;
+    for (const EffectFit& fit : fits)
+      if (fit.refitted && (lowest == nullptr || fit.outcome.chi2 < lowest->outcome.chi2)) lowest = &fit;
+    Best best;
+    if (lowest == nullptr) return best;
+    best.size = EffectiveSize({lowest->extension, lowest->outcome});
+    for (const EffectFit& fit : fits) {
+      if (!fit.refitted) continue;
+      const double statistic = LogLikelihoodRatio(step.outcome.chi2, fit.outcome.chi2, best.size);
+      const double p = CalcFamilyWiseP(statistic, fit.unknowns, fit.alternatives, data_.size());
+      const double penalised = Penalise(fit.outcome.chi2, fit.unknowns, best.size);
+      if (p > kSignificant || penalised >= best.penalised) continue;
+      if (penalised > best.size * std::log(step.outcome.chi2)) continue;
+      const ExtendedResult described = Describe(data_, sharing_, fit.extension, fit.outcome);
+      if (!FindFault(described, fit.effect).empty()) continue;
+      best.fit = &fit;
+      best.p_value = p;
+      best.penalised = penalised;
+    }
+    return best;
+  }
+
+  /// Adds the best effect again and again.
+  std::vector<Step> GoForward(const Step& start) {
+    std::vector<Step> path = {start};
+    while (path.size() <= kMostCauses) {
+      const Step& now = path.back();
+      if (path.size() > 1 && !CalcStructure(data_, now.extension, now.outcome.state).structured) break;
+      std::vector<EffectFit> fits = TryAll(now);
+      const Best best = FindBest(now, fits);
+      if (path.size() == 1) ReportCandidates(now, fits, best);
+      if (best.fit != nullptr) path.push_back({.extension = best.fit->extension, .outcome = best.fit->outcome});
+      const bool found = best.fit != nullptr;
+      if (path.size() <= 2 && singles_.empty()) singles_ = std::move(fits);
+      if (!found) break;
+    }
+    return path;
+  }
+
+  void ReportCandidates(const Step& start, const std::vector<EffectFit>& fits, const Best& best) {
+    const double size = best.size > 0 ? best.size : EffectiveSize(start);
+    double noise = 0;
+    for (const EffectFit& fit : fits) {
+      Candidate candidate{.effect = fit.effect,
+                          .score = fit.score,
+                          .visibility = fit.visibility,
+                          .refitted = fit.refitted,
+                          .unknowns = fit.unknowns};
+      for (const EffectFit& other : fits) {
+        const double cosine = &other == &fit ? 0 : CalcCollinearity(fit, other);
+        if (cosine <= candidate.collinearity) continue;
+        candidate.collinearity = cosine;
+        candidate.most_alike = other.effect;
+      }
+      const double chi2 = fit.refitted ? fit.outcome.chi2 : start.outcome.chi2;
+      candidate.statistic = LogLikelihoodRatio(start.outcome.chi2, chi2, size);
+      candidate.p_value = CalcFamilyWiseP(candidate.statistic, fit.unknowns, fit.alternatives, data_.size());
+      candidate.delta_bic = Penalise(chi2, fit.unknowns, size) - size * std::log(start.outcome.chi2);
+      candidate.rms_over_noise = std::sqrt(chi2 / samples_);
+      if (fit.refitted) {
+        const ExtendedResult described = Describe(data_, sharing_, fit.extension, fit.outcome);
+        candidate.parameters = described.effects;
+        candidate.inadmissible = FindFault(described, fit.effect);
+        if (&fit == best.fit) noise = described.structure.noise / described.structure.rms * candidate.rms_over_noise;
+      }
+      result_.candidates.push_back(candidate);
+    }
+    if (noise > 0)  // what counted as noise before may have been a tone
+      for (Candidate& candidate : result_.candidates) candidate.rms_over_noise /= noise;
+    std::stable_sort(result_.candidates.begin(), result_.candidates.end(),
+                     [](const Candidate& a, const Candidate& b) { return a.delta_bic < b.delta_bic; });
+  }
+
+  /// The model without one of its effects, fitted again.
+  Step FitWithout(const Step& step, const Effect* effect) {
+    const Extension extension = step.extension.Without(effect);
+    Step without{.extension = extension,
+                 .outcome = search_.Refit(extension, Convert(step.extension, step.outcome.state, extension))};
+    result_.evaluations += without.outcome.evaluations;
+    return without;
+  }
+
+  int CountUnknowns(const Effect* effect) const {
+    int unknowns = 0;
+    for (const EffectParameter& p : effect->parameters)
+      unknowns += p.scope == Scope::kLink ? 1 : static_cast<int>(data_.size());
+    return unknowns;
+  }
+
+  /// Backward: effects that the model can do without, the least needed first.
+  void DropUnneeded(Step* step) {
+    while (step->extension.effects().size() > 1) {
+      const double size = EffectiveSize(*step);
+      const bool structured = CalcStructure(data_, step->extension, step->outcome.state).structured;
+      const Effect* least = nullptr;
+      Step kept;
+      double smallest_gain = std::numeric_limits<double>::infinity();
+      for (const Effect* effect : step->extension.effects()) {
+        Step without = FitWithout(*step, effect);
+        const double gain = LogLikelihoodRatio(without.outcome.chi2, step->outcome.chi2, size) -
+                            CountUnknowns(effect) * std::log(size) -
+                            2 * std::log(static_cast<double>(catalogue_.size()));
+        const bool needed = structured ? step->outcome.chi2 < kNeeded * kNeeded * without.outcome.chi2 : gain > 0;
+        if (needed || gain >= smallest_gain) continue;
+        smallest_gain = gain;
+        least = effect;
+        kept = std::move(without);
+      }
+      if (least == nullptr) return;
+      *step = std::move(kept);
+    }
+  }
+
+  /// One link for all after all? Tested with the causes in the model, which the plain test could not do.
+  void TestSharingAgain(Step* final) {
+    if (sharing_ == Sharing::kLink || data_.size() < 2) return;
+    ExtendedState state = final->outcome.state;
+    Levels mean{};
+    for (const Levels& levels : state.link.levels)
+      for (std::size_t j = 0; j < mean.size(); ++j) mean[j] += levels[j] / static_cast<double>(data_.size());
+    state.link.levels = {mean};
+    const ExtendedOutcome shared = FitExtended(data_, Sharing::kLink, final->extension, state,
+                                               {.max_iterations = 60, .threads = options_.threads});
+    result_.evaluations += shared.evaluations;
+    const double size = EffectiveSize(*final);
+    const double statistic = LogLikelihoodRatio(shared.chi2, final->outcome.chi2, size);
+    sharing_p_ = CalcChiSquareTail(std::max(0.0, statistic), 3.0 * static_cast<double>(data_.size() - 1));
+    if (!(sharing_p_ > kSharingLevel)) return;
+    sharing_ = Sharing::kLink;
+    final->outcome = shared;
+  }
+
+  void Judge(const Step& start, Step final) {
+    const Structure before = result_.plain.structure;
+    if (final.extension.empty()) {
+      result_.extended = result_.plain;
+      result_.verdict = before.structured ? Verdict::kUnexplained : Verdict::kAdequate;
+      return;
+    }
+    const Structure after = CalcStructure(data_, final.extension, final.outcome.state);
+    const double explained = 1 - final.outcome.chi2 / start.outcome.chi2;
+    if (after.structured && explained < kExplainsEnough) {
+      result_.extended = result_.plain;
+      result_.verdict = Verdict::kUnexplained;
+      return;
+    }
+    DescribeCauses(start, final);
+    if (result_.causes.empty()) {
+      result_.extended = result_.plain;
+      result_.verdict = before.structured ? Verdict::kUnexplained : Verdict::kAdequate;
+      return;
+    }
+    const Sharing searched = sharing_;
+    TestSharingAgain(&final);
+    result_.extended = Describe(data_, sharing_, final.extension, final.outcome);
+    result_.extended.sharing_p = sharing_p_;
+    sharing_ = searched;
+    for (Cause& cause : result_.causes) {
+      cause.parameters.clear();
+      for (const EffectEstimate& e : result_.extended.effects)
+        if (e.effect == cause.effect) cause.parameters.push_back(e);
+    }
+    result_.verdict = after.structured ? Verdict::kPartlyExplained : Verdict::kExplained;
+  }
+
+  void DescribeCauses(const Step& start, const Step& final) {
+    const double size = EffectiveSize(final);
+    for (const Effect* effect : final.extension.effects()) {
+      const bool only = final.extension.effects().size() == 1;
+      const Step without = only ? start : FitWithout(final, effect);
+      Cause cause{.effect = effect};
+      const int unknowns = CountUnknowns(effect);
+      const double statistic = LogLikelihoodRatio(without.outcome.chi2, final.outcome.chi2, size);
+      cause.p_value = CalcFamilyWiseP(statistic, unknowns, CountAlternatives(effect), data_.size());
+      cause.delta_bic = -statistic + unknowns * std::log(size) + 2 * std::log(static_cast<double>(catalogue_.size()));
+      cause.rms_before = CalcStructure(data_, without.extension, without.outcome.state).rms;
+      cause.rms_after = CalcStructure(data_, final.extension, final.outcome.state).rms;
+      cause.held_out = PredictHeldOut(data_, sharing_, without.extension, without.outcome.state, final.extension,
+                                      final.outcome.state, options_.threads);
+      if (cause.held_out.known && cause.held_out.Gain() <= 0) {
+        result_.notices.push_back(std::string(effect->id) + " fits better but predicts records worse; it is not named");
+        continue;
+      }
+      cause.rivals = FindRivals(without, final, effect, size);
+      result_.causes.push_back(std::move(cause));
+    }
+    std::stable_sort(result_.causes.begin(), result_.causes.end(),
+                     [](const Cause& a, const Cause& b) { return a.delta_bic < b.delta_bic; });
+  }
+
+  double CountAlternatives(const Effect* effect) const {
+    for (const EffectFit& fit : singles_)
+      if (fit.effect == effect) return fit.alternatives;
+    return 1;
+  }
+
+  /// Effects that do as well in the place of a cause.
+  std::vector<const Effect*> FindRivals(const Step& without, const Step& final, const Effect* effect, double size) {
+    std::vector<const Effect*> rivals;
+    const double best = Penalise(final.outcome.chi2, CountUnknowns(effect), size);
+    const auto consider = [&](const Effect* other, double chi2, const std::string& fault) {
+      if (other == effect || final.extension.Has(other) || !fault.empty()) return;
+      if (Penalise(chi2, CountUnknowns(other), size) < best + kRivalBic) rivals.push_back(other);
+    };
+    const std::vector<EffectFit> fits = without.extension.empty() ? singles_ : TryAll(without);
+    for (const EffectFit& fit : fits) {
+      if (!fit.refitted || fit.effect == effect) continue;
+      const ExtendedResult described = Describe(data_, sharing_, fit.extension, fit.outcome);
+      consider(fit.effect, fit.outcome.chi2, FindFault(described, fit.effect));
+    }
+    return rivals;
+  }
+
+  const Identification& plain_;
+  const DiagnoseOptions& options_;
+  std::vector<FitData> data_;
+  Sharing sharing_;
+  double sharing_p_ = 1;
+  EffectSearch search_;
+  std::vector<const Effect*> catalogue_;
+  double samples_ = 0;
+  std::vector<EffectFit> singles_;  // the plain model with one effect each
+  Diagnosis result_;
+};
+
+}  // namespace
+
+const char* Name(Verdict verdict) {
+  switch (verdict) {
+    case Verdict::kAdequate:
+      return "adequate";
+    case Verdict::kExplained:
+      return "explained";
+    case Verdict::kPartlyExplained:
+      return "partly_explained";
+    case Verdict::kUnexplained:
+      return "unexplained";
+  }
+  return "";
+}
+
+Diagnosis Diagnose(const Identification& plain, const DiagnoseOptions& options) {
+  const auto begin = std::chrono::steady_clock::now();
+  Diagnosis diagnosis = Diagnoser(plain, options).Run();
+  diagnosis.wall_s = std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
+  return diagnosis;
+}
+
+std::vector<ParameterShift> CalcParameterShifts(const Identification& plain, const Diagnosis& diagnosis) {
+  std::vector<ParameterShift> shifts;
+  const int n = plain.sliders;
+  for (int q = 0; q < (n == 1 ? 3 : CountQuantities(n)); ++q) {
+    const Estimate& before = plain.quantities[static_cast<std::size_t>(q)];
+    const Estimate& after = diagnosis.extended.quantities[static_cast<std::size_t>(q)];
+    shifts.push_back({.symbol = QuantityName(n, q),
+                      .shift = before.value - after.value,
+                      .in_std = before.std > 0 ? (before.value - after.value) / before.std : 0});
+  }
+  return shifts;
+}
+
+}  // namespace uiclink
