@@ -56,9 +56,10 @@ struct SpeedTerm {
   T (*sliding)(const LawParameters<T>& p, const T& speed) = nullptr;
   T (*slope)(const LawParameters<T>& p, const T& speed) = nullptr;  ///< d sliding / d speed [s/m]
   T (*sticking)(const LawParameters<T>& p) = nullptr;
-  /// The same share of a joint that has been sliding when the mass turns round with acceleration a [m/s^2] > 0; the
-  /// joint may have stuck a little before.  y_c = T0/k [m].
-  T (*at_extremum)(const LawParameters<T>& p, const T& y_c, const T& a) = nullptr;
+  /// Square of the speed at which a joint that slides towards a turning point sticks before it, because its limit grows
+  /// faster than the spring can follow [m^2/s^2]; 0 if it slides all the way. a: deceleration there [m/s^2] > 0,
+  /// y_c = T0/k [m].
+  T (*sticking_speed_squared)(const LawParameters<T>& p, const T& y_c, const T& a) = nullptr;
 };
 
 /// A one-sided linear stop: force -k (y - position) beyond it, above position > 0, below position < 0.

@@ -3,7 +3,10 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
-#include <numbers>
+
+#include "model/damped_swing.h"
+#include "model/dormand_prince.h"
+#include "model/dual_sum.h"
 
 namespace uiclink {
 namespace {
@@ -11,6 +14,8 @@ namespace {
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
 /// Distances below this share of the start displacement are none: a few roundings of the terms that they are sums of.
 constexpr double kTiny = 1e-13;
+/// The rounding of a displacement, as a share of the start displacement: no event can be found closer.
+constexpr double kRounding = 2e-16;
 /// An event time is lifted only where its guard moves through zero at more than this rate [m/s]: slower is a graze, and
 /// has no derivative.
 constexpr double kGraze = 1e-7;
@@ -41,7 +46,9 @@ enum class Hold : std::uint8_t {
 
 template <typename T>
 struct SliderState {
-  T p{};  ///< position of the slider [m], while it does not slide
+  T p{};        ///< position of the slider [m], while it does not slide
+  T neutral{};  ///< where its spring has no force [m], while it does not slide
+  T load{};     ///< k times that [-]
   Hold hold = Hold::kSticks;
   double side = 1;  ///< end of the clearance at which the spring is engaged
 };
@@ -51,13 +58,26 @@ template <typename T>
 struct ModeForces {
   T K{}, B{}, C{};
   T S{};                ///< sum of k y_c of sliding joints [-]
-  bool slides = false;  ///< any joint slides
+  bool slides = false;  ///< any joint slides, and its friction changes: a constant one is in C
 };
 
-template <typename T>
-struct Step {
-  T y{}, v{}, a{};   ///< at its end
-  double error = 0;  ///< of y, and of v over the frequency [m]
+using dormand_prince::Step;
+
+/// The values of a polynomial arc.
+struct PolynomialArc {
+  std::array<double, 6> q{};
+  double length = 0;
+
+  struct Point {
+    double y = 0, v = 0, a = 0;
+  };
+  Point At(double s) const {
+    const double u = s / length;
+    const double y = q[0] + u * (q[1] + u * (q[2] + u * (q[3] + u * (q[4] + u * q[5]))));
+    const double slope = q[1] + u * (2 * q[2] + u * (3 * q[3] + u * (4 * q[4] + u * 5 * q[5])));
+    const double bend = 2 * q[2] + u * (6 * q[3] + u * (12 * q[4] + u * 20 * q[5]));
+    return {.y = y, .v = slope / length, .a = bend / (length * length)};
+  }
 };
 
 /// The state between two events, and the steps that lead to the next one.  One object lives for one run.
@@ -68,11 +88,17 @@ class ExtendedWalk {
                const ExtendedSolveOptions& options, ExtendedTrajectory<T>* out)
       : o_(oscillator), clock_(clock), duration_(duration), options_(options), out_(*out), y_(y0) {
     scale_ = std::abs(Value(y0));
+    damped_ = o_.has_strengthening || !IsAbsent(o_.damping);
+    asymmetric_ = !IsAbsent(o_.asymmetry);
+    limits_vary_ = o_.has_drift || o_.has_strengthening || !o_.speed_terms.empty();
+    for (const SpeedTerm<T>& term : o_.speed_terms.items()) sticking_share_ += term.sticking(term.p);
     const double side = Value(y0) < 0 ? -1 : 1;
     const auto sliders = o_.sliders.items();
     for (std::size_t i = 0; i < sliders.size(); ++i) {
+      slip_[i] = sliders[i].k * sliders[i].y_c;
       state_[i].p = y0 - side * CalcDeflectionAtExtremum(o_, i, y0, clock);
       state_[i].side = side;
+      Load(i);
     }
     const auto stops = o_.stops.items();
     for (std::size_t i = 0; i < stops.size(); ++i) stop_active_[i] = Beyond(stops[i], Value(y_)) > 0;
@@ -103,37 +129,33 @@ class ExtendedWalk {
   bool HasGap(std::size_t i) const { return o_.has_gap && ActsOn(i); }
 
   /// Factor of T0 by drift and asymmetry; t since the start of the run.
-  template <typename S>
-  S DriftFactor(const S& t, double d) const {
-    return (S(1) + Cast<S>(o_.drift) * (t + clock_)) * (S(1) + d * Cast<S>(o_.asymmetry));
+  T DriftFactor(const T& t) const {
+    T factor(1);
+    if (o_.has_drift) factor += o_.drift * (t + clock_);
+    if (asymmetric_) factor *= T(1) + d_ * o_.asymmetry;
+    return factor;
   }
-
-  template <typename S>
-  S Cast(const T& x) const {
-    if constexpr (std::is_same_v<S, T>) {
-      return x;
-    } else {
-      return Value(x);
-    }
+  double DriftFactorValue(double t) const {
+    return (1 + Value(o_.drift) * (t + clock_)) * (1 + d_ * Value(o_.asymmetry));
   }
 
   /// Friction factor L of a joint that slides.
   T SlidingFactor(const T& t, const T& speed) const {
-    T factor = T(1) + o_.strengthening * speed;
+    T factor(1);
+    if (o_.has_strengthening) factor += o_.strengthening * speed;
     for (const SpeedTerm<T>& term : o_.speed_terms.items()) factor += term.sliding(term.p, speed);
-    return factor * DriftFactor(t, d_);
+    return o_.has_drift || asymmetric_ ? T(factor * DriftFactor(t)) : factor;
   }
 
   /// The same at which a joint that sticks breaks out.
   T StickingFactor(const T& t, const T& speed) const {
-    T factor = T(1) + o_.strengthening * speed;
-    for (const SpeedTerm<T>& term : o_.speed_terms.items()) factor += term.sticking(term.p);
-    return factor * DriftFactor(t, d_);
+    return (T(1) + o_.strengthening * speed + sticking_share_) * DriftFactor(t);
   }
 
-  T StickingLimit(std::size_t i, const T& t, const T& speed) const {
+  double StickingLimitValue(std::size_t i, double t, double speed) const {
     const ExtendedSlider<T>& slider = o_.sliders.items()[i];
-    return slider.joint ? T(slider.y_c * StickingFactor(t, speed)) : slider.y_c;
+    if (!slider.joint) return Value(slider.y_c);
+    return Value(slider.y_c) * (1 + Value(o_.strengthening) * speed + Value(sticking_share_)) * DriftFactorValue(t);
   }
 
   /// The limit of a joint that sticks changes while it sticks.
@@ -141,8 +163,12 @@ class ExtendedWalk {
 
   // --- Springs, stops, mode ------------------------------------------------------------------------------------
 
-  /// Where the spring of a slider that does not slide has no force.
-  T Neutral(std::size_t i) const { return HasGap(i) ? T(state_[i].p + state_[i].side * o_.gap) : state_[i].p; }
+  /// Brings what follows from the position and the side of a slider that does not slide up to date.
+  void Load(std::size_t i) {
+    SliderState<T>& s = state_[i];
+    s.neutral = HasGap(i) ? T(s.p + s.side * o_.gap) : s.p;
+    s.load = o_.sliders.items()[i].k * s.neutral;
+  }
 
   /// How far the mass is beyond a stop, > 0 in contact.
   static double Beyond(const Stop<T>& stop, double y) {
@@ -157,15 +183,19 @@ class ExtendedWalk {
       const ExtendedSlider<T>& slider = sliders[i];
       if (state_[i].hold == Hold::kSticks) {
         forces.K += slider.k;
-        forces.C += slider.k * Neutral(i);
+        forces.C += state_[i].load;
       } else if (state_[i].hold == Hold::kSlides) {
-        if (slider.joint) {
-          forces.S += slider.k * slider.y_c;
-          forces.slides = true;
+        if (!slider.joint) {
+          forces.C -= d_ * slip_[i];
         } else {
-          forces.C -= d_ * (slider.k * slider.y_c);
+          forces.S += slip_[i];
+          forces.slides = true;
         }
       }
+    }
+    if (forces.slides && !limits_vary_) {
+      forces.C -= asymmetric_ ? T(d_ * (forces.S * DriftFactor(t_))) : T(d_ * forces.S);
+      forces.slides = false;
     }
     const auto stops = o_.stops.items();
     for (std::size_t i = 0; i < stops.size(); ++i) {
@@ -183,11 +213,17 @@ class ExtendedWalk {
   }
 
   T Acceleration(const ModeForces<T>& forces, const T& t, const T& y, const T& v) const {
-    T sum = forces.C - forces.K * y - forces.B * v;
-    if (forces.slides) sum -= d_ * (forces.S * SlidingFactor(t, SpeedOf(v, d_)));
+    const double g = o_.g, K = Value(forces.K), B = Value(forces.B), y_value = Value(y), v_value = Value(v);
+    const double linear = g * (Value(forces.C) - K * y_value - B * v_value);
+    T a = damped_ ? Propagate<T>(
+                        linear,
+                        {{g, forces.C}, {-g * K, y}, {-g * y_value, forces.K}, {-g * B, v}, {-g * v_value, forces.B}})
+                  : Propagate<T>(linear, {{g, forces.C}, {-g * K, y}, {-g * y_value, forces.K}});
+    if (forces.slides) a -= (g * d_) * (forces.S * SlidingFactor(t, SpeedOf(v, d_)));
+    if (o_.forces.empty()) return a;
     const Motion<T> motion{.t = t + clock_, .y = y, .v = v};
-    for (const ForceTerm<T>& term : o_.forces.items()) sum += term.force(term.p, motion);
-    return o_.g * sum;
+    for (const ForceTerm<T>& term : o_.forces.items()) a = Sum<T>({{1, a}, {g, term.force(term.p, motion)}});
+    return a;
   }
 
   /// Force at rest without the friction of rolling [-].
@@ -199,12 +235,13 @@ class ExtendedWalk {
 
   // --- Thresholds: displacements at which the mode changes -----------------------------------------------------
 
-  /// What happens to a slider next while the mass moves in direction d, and where.
-  T Threshold(std::size_t i, double d) const {
+  /// Where something happens to a slider next while the mass moves on [m].
+  double Threshold(std::size_t i) const {
     const SliderState<T>& s = state_[i];
-    if (s.hold == Hold::kLoose) return s.p + d * o_.gap;
-    if (HasGap(i) && s.side != d) return s.p + s.side * o_.gap;  // unloads into the clearance
-    return Neutral(i) + d * StickingLimit(i, t_, T(0));
+    const double gap = Value(o_.gap);
+    if (s.hold == Hold::kLoose) return Value(s.p) + d_ * gap;
+    if (HasGap(i) && s.side != d_) return Value(s.p) + s.side * gap;  // unloads into the clearance
+    return Value(s.neutral) + d_ * StickingLimitValue(i, Value(t_), 0);
   }
 
   bool BreaksOut(std::size_t i) const {
@@ -216,6 +253,7 @@ class ExtendedWalk {
     if (s.hold == Hold::kLoose) {
       s.hold = Hold::kSticks;
       s.side = d_;
+      Load(i);
     } else if (BreaksOut(i)) {
       s.hold = Hold::kSlides;
     } else {
@@ -228,8 +266,8 @@ class ExtendedWalk {
     for (std::size_t i = 0; i < o_.sliders.size(); ++i) {
       for (int pass = 0; pass < 3 && state_[i].hold != Hold::kSlides; ++pass) {
         const double limit = BreaksOut(i) && LimitMoves(i)
-                                 ? Value(Neutral(i)) + d_ * Value(StickingLimit(i, t_, SpeedOf(v_, d_)))
-                                 : Value(Threshold(i, d_));
+                                 ? Value(state_[i].neutral) + d_ * StickingLimitValue(i, Value(t_), d_ * Value(v_))
+                                 : Threshold(i);
         if (d_ * (limit - Value(y_)) > kTiny * scale_) break;
         PassThreshold(i);
       }
@@ -254,7 +292,7 @@ class ExtendedWalk {
     };
     for (std::size_t i = 0; i < o_.sliders.size(); ++i) {
       if (state_[i].hold == Hold::kSlides || (BreaksOut(i) && LimitMoves(i))) continue;
-      consider(i, Value(Threshold(i, d_)));
+      consider(i, Threshold(i));
     }
     const auto stops = o_.stops.items();
     for (std::size_t i = 0; i < stops.size(); ++i) {
@@ -276,8 +314,7 @@ class ExtendedWalk {
 
   /// Reserve of a slider whose limit moves: > 0 while it sticks [m].
   double MovingReserve(std::size_t i, double t, double y, double v) const {
-    const double limit = Value(StickingLimit(i, T(t), T(std::max(0.0, d_ * v))));
-    return limit - d_ * (y - Value(Neutral(i)));
+    return StickingLimitValue(i, t, std::max(0.0, d_ * v)) - d_ * (y - Value(state_[i].neutral));
   }
 
   // --- Events --------------------------------------------------------------------------------------------------
@@ -303,10 +340,12 @@ class ExtendedWalk {
   /// A slider stops sliding.
   void Stick(std::size_t i, const T& t, const T& speed) {
     const ExtendedSlider<T>& slider = o_.sliders.items()[i];
-    const T reach = slider.joint ? T(slider.y_c * SlidingFactor(t, speed)) : slider.y_c;
+    const bool varies = slider.joint && (limits_vary_ || asymmetric_);
+    const T reach = varies ? T(slider.y_c * SlidingFactor(t, speed)) : slider.y_c;
     state_[i].p = y_ - d_ * (HasGap(i) ? T(reach + o_.gap) : reach);
     state_[i].hold = Hold::kSticks;
     state_[i].side = d_;
+    Load(i);
   }
 
   /// Direction of the motion that starts from rest, or none.
@@ -324,9 +363,9 @@ class ExtendedWalk {
   void LiftBreakout(const ModeForces<T>& forces, std::size_t i) {
     if (o_.speed_terms.empty() || !ActsOn(i)) return;
     const T factor = StickingFactor(t_, SpeedOf(v_, d_));
-    const T reserve = o_.sliders.items()[i].y_c * factor - d_ * (y_ - Neutral(i));
+    const T reserve = o_.sliders.items()[i].y_c * factor - d_ * (y_ - state_[i].neutral);
     const double a = Value(Acceleration(forces, t_, y_, v_));
-    const double drift = Value(DriftFactor(t_, d_));
+    const double drift = DriftFactorValue(Value(t_));
     const double growth = drift * Value(o_.strengthening) * d_ * a +
                           Value(factor) / drift * Value(o_.drift) * (1 + d_ * Value(o_.asymmetry));
     const double rate = Value(o_.sliders.items()[i].y_c) * growth - d_ * Value(v_);
@@ -345,119 +384,152 @@ class ExtendedWalk {
 
   ExtendedArc<T> MakeArc(const ModeForces<T>& forces) const {
     using std::sqrt;
-    T damping = forces.B, centre = forces.C, moving{};
-    if (forces.slides) {
-      const T side = d_ * (T(1) + d_ * o_.asymmetry);
-      const T at_start = T(1) + o_.drift * (t_ + clock_);
-      centre -= forces.S * (side * at_start);
-      moving = -(forces.S * (side * o_.drift));
-      damping += forces.S * (o_.strengthening * (at_start * (T(1) + d_ * o_.asymmetry)));
-    }
     ExtendedArc<T> arc{.t_start = t_, .t_end = duration_};
     auto& q = arc.q;
-    q[1] = moving / forces.K;
+    if (!damped_ && !forces.slides) {
+      q[0] = forces.C / forces.K;
+      q[4] = sqrt(T(o_.g * forces.K));
+      q[2] = y_ - q[0];
+      q[3] = v_ / q[4];
+      return arc;
+    }
+    T damping = forces.B, centre = forces.C;
+    if (forces.slides) {
+      const T side = asymmetric_ ? T(d_ + o_.asymmetry) : T(d_);  // d (1 + d asymmetry)
+      const T at_start = T(1) + o_.drift * (t_ + clock_);
+      centre -= forces.S * (side * at_start);
+      damping += forces.S * (o_.strengthening * (at_start * (d_ * side)));
+      if (o_.has_drift) q[1] = -(forces.S * (side * o_.drift)) / forces.K;
+    }
     q[0] = (centre - damping * q[1]) / forces.K;
     q[5] = 0.5 * o_.g * damping;
-    q[4] = sqrt(o_.g * forces.K - q[5] * q[5]);
+    q[4] = sqrt(T(o_.g * forces.K - q[5] * q[5]));
     q[2] = y_ - q[0];
     q[3] = (v_ - q[1] + q[5] * q[2]) / q[4];
     return arc;
   }
 
-  static ExtendedArc<double> ValueOf(const ExtendedArc<T>& arc) {
-    ExtendedArc<double> value{.t_start = Value(arc.t_start), .t_end = arc.t_end, .length = arc.length};
-    for (std::size_t j = 0; j < arc.q.size(); ++j) value.q[j] = Value(arc.q[j]);
-    return value;
+  static std::array<double, 6> ValuesOf(const ExtendedArc<T>& arc) {
+    std::array<double, 6> q{};
+    for (std::size_t j = 0; j < q.size(); ++j) q[j] = Value(arc.q[j]);
+    return q;
   }
 
-  /// Time until the mass turns round [s].
-  double FindTurning(const ExtendedArc<double>& arc) const {
-    const auto& q = arc.q;
-    const double cosine = q[4] * q[3] - q[5] * q[2];  // v = q1 + exp() (cosine cos - sine sin)
-    const double sine = q[4] * q[2] + q[5] * q[3];
-    double phase = std::atan2(d_ * cosine, d_ * sine);
-    if (phase <= 0) phase += 2 * std::numbers::pi;
-    double s = phase / q[4];
-    if (q[1] == 0) return s;
-    for (int i = 0; i < 20; ++i) {  // the centre moves slowly: two or three steps
-      const double v = CalcVelocity(arc, s);
-      const double swing = CalcDisplacement(arc, s) - q[0] - q[1] * s;
-      const double a = -(q[4] * q[4] + q[5] * q[5]) * swing - 2 * q[5] * (v - q[1]);
-      const double step = v / a;
-      if (!std::isfinite(step)) break;
-      s = std::max(0.0, s - std::clamp(step, -0.3 / q[4], 0.3 / q[4]));
-      if (std::abs(step) < 1e-15) break;
-    }
-    return s;
-  }
-
-  /// First time at which a function that is positive at 0 is not, known to be not positive at s1.
+  /// A time at which a function that is positive at s0 and not positive at s1 is zero, or as good as: regula falsi
+  /// after Anderson and Bjorck (1973), with a bisection wherever the bracket has not shrunk enough.
   template <typename Function>
-  static double FindZero(Function f, double s0, double f0, double s1, double f1) {
+  static double FindZero(Function f, double s0, double f0, double s1, double f1, double tiny) {
+    double width = s1 - s0;
+    bool was_positive = false;
     for (int i = 0; i < 200 && s1 - s0 > 1e-16 + 4e-16 * s1; ++i) {
       double s = s0 + (s1 - s0) * f0 / (f0 - f1);
-      if (!(i % 3 != 2 && s > s0 && s < s1)) s = 0.5 * (s0 + s1);
-      const double value = f(s);
-      if (value > 0) {
-        s0 = s, f0 = value;
-      } else {
-        s1 = s, f1 = value;
+      if (i % 4 == 3) {
+        if (s1 - s0 > 0.25 * width) s = 0.5 * (s0 + s1);
+        width = s1 - s0;
       }
+      if (!(s > s0 && s < s1)) s = 0.5 * (s0 + s1);
+      const double value = f(s);
+      if (std::abs(value) <= tiny) return s;
+      const bool positive = value > 0;
+      if (i > 0 && positive == was_positive) {  // the other end has stayed: it counts for less
+        const double fall = 1 - value / (positive ? f0 : f1);
+        (positive ? f1 : f0) *= fall > 0 ? fall : 0.5;
+      }
+      (positive ? s0 : s1) = s;
+      (positive ? f0 : f1) = value;
+      was_positive = positive;
     }
     return s1;
   }
 
   /// First slider whose moving limit is reached before s_end; sets s_end.
-  std::size_t FindMovingBreakout(const ExtendedArc<double>& arc, double* s_end) const {
-    constexpr int kScans = 12;
-    std::size_t found = o_.sliders.size() + o_.stops.size();
-    if (!o_.has_drift && !o_.has_strengthening) return found;
+  /// @param motion   displacement and velocity at s
+  /// @param scan     the same at `scans` equally spaced s from the first step on
+  template <typename Motion, typename Scan>
+  std::size_t FindMovingBreakout(const Motion& motion, int scans, const Scan& scan, double* s_end) const {
+    std::size_t found = kNothing;
     const double start = Value(t_);
     for (std::size_t i = 0; i < o_.sliders.size(); ++i) {
       if (!BreaksOut(i) || !LimitMoves(i)) continue;
-      const auto reserve = [&](double s) {
-        return MovingReserve(i, start + s, CalcDisplacement(arc, s), CalcVelocity(arc, s));
-      };
-      double before = 0, at_before = std::max(reserve(0), 1e-300);
-      const double step = *s_end / kScans;
-      for (int scan = 1; scan <= kScans; ++scan) {
-        const double now = scan == kScans ? *s_end : scan * step;
-        const double at_now = reserve(now);
+      const auto reserve = [&](double s, const auto& p) { return MovingReserve(i, start + s, p.y, p.v); };
+      double before = 0, at_before = std::max(reserve(0, motion(0.0)), 1e-300);
+      const double step = *s_end / scans;
+      scan(step, scans, [&](int number, const auto& p) {
+        const double now = number * step, at_now = reserve(now, p);
         if (at_now < -kTiny * scale_) {
-          *s_end = FindZero(reserve, before, at_before, now, at_now);
+          const auto at = [&](double s) { return reserve(s, motion(s)); };
+          *s_end = FindZero(at, before, at_before, now, at_now, kRounding * scale_);
           found = i;
-          break;
+          return false;
         }
         before = now, at_before = std::max(at_now, 1e-300);
-      }
+        return true;
+      });
     }
     return found;
+  }
+
+  bool LimitsMove() const { return o_.has_drift || o_.has_strengthening; }
+
+  std::size_t FindMovingBreakout(const DampedSwing& swing, double* s_end) const {
+    if (!LimitsMove()) return kNothing;
+    const auto scan = [&](double step, int scans, const auto& use) {
+      DampedTurner turner(swing.q[5], swing.q[4], step);
+      for (int i = 1; i <= scans; ++i) {
+        turner.Next();
+        if (!use(i, swing.At(i * step, turner.cosine(), turner.sine()))) return;
+      }
+    };
+    return FindMovingBreakout([&](double s) { return swing.At(s); }, 12, scan, s_end);
+  }
+
+  std::size_t FindMovingBreakout(const PolynomialArc& arc, double* s_end) const {
+    if (!LimitsMove()) return kNothing;
+    const auto scan = [&](double step, int scans, const auto& use) {
+      for (int i = 1; i <= scans; ++i)
+        if (!use(i, arc.At(i * step))) return;
+    };
+    return FindMovingBreakout([&](double s) { return arc.At(s); }, 3, scan, s_end);  // a step is a short arc
+  }
+
+  /// Moves along an arc that carries derivatives.
+  void Advance(const ExtendedArc<T>& arc, const std::array<double, 6>& q, const DampedSwing::Point& p, double s) {
+    t_ += s;
+    if (damped_ || !IsAbsent(arc.q[1])) {
+      y_ = Propagate<T>(p.y, {{1, arc.q[0]},
+                              {s, arc.q[1]},
+                              {p.cosine, arc.q[2]},
+                              {p.sine, arc.q[3]},
+                              {s * p.turned, arc.q[4]},
+                              {-s * p.swing, arc.q[5]}});
+      v_ = Propagate<T>(p.v, {{1, arc.q[1]},
+                              {-q[4] * p.sine - q[5] * p.cosine, arc.q[2]},
+                              {q[4] * p.cosine - q[5] * p.sine, arc.q[3]},
+                              {p.turned - s * (q[4] * p.swing + q[5] * p.turned), arc.q[4]},
+                              {-p.swing + s * (q[5] * p.swing - q[4] * p.turned), arc.q[5]}});
+    } else {
+      y_ = Propagate<T>(p.y, {{1, arc.q[0]}, {p.cosine, arc.q[2]}, {p.sine, arc.q[3]}, {s * p.turned, arc.q[4]}});
+      v_ = Propagate<T>(
+          p.v, {{-q[4] * p.sine, arc.q[2]}, {q[4] * p.cosine, arc.q[3]}, {p.turned - s * q[4] * p.swing, arc.q[4]}});
+    }
   }
 
   /// One arc and the event that ends it. @returns false at the end of the run.
   bool WalkClosedForm(const ModeForces<T>& forces) {
     const ExtendedArc<T> arc = MakeArc(forces);
-    const ExtendedArc<double> value = ValueOf(arc);
-    if (!std::isfinite(value.q[4]) || !(value.q[4] > 0) || !std::isfinite(value.q[3])) return failed_ = true, false;
+    const DampedSwing swing{ValuesOf(arc)};
+    if (!std::isfinite(swing.q[4]) || !(swing.q[4] > 0) || !std::isfinite(swing.q[3])) return failed_ = true, false;
     out_.Append(arc);
-    const double left = duration_ - value.t_start;
-    double s = FindTurning(value);
-    bool turns = true;
+    const double left = duration_ - Value(t_);
     const Next next = FindNextThreshold();
-    const double overshoot = d_ * (CalcDisplacement(value, s) - Value(y_)) - next.distance;
-    if (overshoot > kTiny * scale_) {
-      const auto reserve = [&](double at) { return d_ * (next.y - CalcDisplacement(value, at)); };
-      s = next.distance == 0 ? 0 : FindZero(reserve, 0, next.distance, s, -overshoot);
-      turns = false;
-    }
-    const std::size_t none = o_.sliders.size() + o_.stops.size();
-    const std::size_t moving = FindMovingBreakout(value, &s);
+    double s = swing.FindTurning(d_);
+    const bool turns = !(d_ * (swing.At(s).y - Value(y_)) - next.distance > kTiny * scale_);
+    if (!turns) s = next.distance == 0 ? 0 : swing.FindCrossing(next.y, d_, s, kRounding * scale_);
+    const std::size_t moving = FindMovingBreakout(swing, &s);
     if (!(s < left)) return false;
-    out_.back().t_end = value.t_start + s;
-    t_ += s;
-    y_ = CalcDisplacement(arc, T(s));
-    v_ = CalcVelocity(arc, T(s));
-    if (moving != none) {
+    out_.back().t_end = Value(t_) + s;
+    Advance(arc, swing.q, swing.At(s), s);
+    if (moving != kNothing) {
       LiftBreakout(forces, moving);
       PassThreshold(moving);
     } else if (turns) {
@@ -472,37 +544,10 @@ class ExtendedWalk {
 
   // --- Integration ---------------------------------------------------------------------------------------------
 
-  /// One step of Dormand and Prince (1980), order 5 with an error of order 4, from (t, y, v, a).
-  Step<T> TakeStep(const ModeForces<T>& forces, const T& t, const T& y, const T& v, const T& a, double h) const {
-    const T &v1 = v, &a1 = a;
-    const auto accelerate = [&](double c, const T& yi, const T& vi) { return Acceleration(forces, t + c * h, yi, vi); };
-    const T v2 = v + (h / 5) * a1;
-    const T a2 = accelerate(1.0 / 5, y + (h / 5) * v1, v2);
-    const T v3 = v + h * ((3.0 / 40) * a1 + (9.0 / 40) * a2);
-    const T a3 = accelerate(3.0 / 10, y + h * ((3.0 / 40) * v1 + (9.0 / 40) * v2), v3);
-    const T v4 = v + h * ((44.0 / 45) * a1 - (56.0 / 15) * a2 + (32.0 / 9) * a3);
-    const T a4 = accelerate(4.0 / 5, y + h * ((44.0 / 45) * v1 - (56.0 / 15) * v2 + (32.0 / 9) * v3), v4);
-    constexpr double b51 = 19372.0 / 6561, b52 = 25360.0 / 2187, b53 = 64448.0 / 6561, b54 = 212.0 / 729;
-    const T v5 = v + h * (b51 * a1 - b52 * a2 + b53 * a3 - b54 * a4);
-    const T a5 = accelerate(8.0 / 9, y + h * (b51 * v1 - b52 * v2 + b53 * v3 - b54 * v4), v5);
-    constexpr double b61 = 9017.0 / 3168, b62 = 355.0 / 33, b63 = 46732.0 / 5247, b64 = 49.0 / 176,
-                     b65 = 5103.0 / 18656;
-    const T v6 = v + h * (b61 * a1 - b62 * a2 + b63 * a3 + b64 * a4 - b65 * a5);
-    const T a6 = accelerate(1, y + h * (b61 * v1 - b62 * v2 + b63 * v3 + b64 * v4 - b65 * v5), v6);
-    constexpr double b1 = 35.0 / 384, b3 = 500.0 / 1113, b4 = 125.0 / 192, b5 = 2187.0 / 6784, b6 = 11.0 / 84;
-    Step<T> end;
-    end.v = v + h * (b1 * a1 + b3 * a3 + b4 * a4 - b5 * a5 + b6 * a6);
-    end.y = y + h * (b1 * v1 + b3 * v3 + b4 * v4 - b5 * v5 + b6 * v6);
-    end.a = accelerate(1, end.y, end.v);
-    constexpr double e1 = 71.0 / 57600, e3 = 71.0 / 16695, e4 = 71.0 / 1920, e5 = 17253.0 / 339200, e6 = 22.0 / 525,
-                     e7 = 1.0 / 40;
-    const auto mix = [](const T& x1, const T& x3, const T& x4, const T& x5, const T& x6, const T& x7) {
-      return e1 * Value(x1) - e3 * Value(x3) + e4 * Value(x4) - e5 * Value(x5) + e6 * Value(x6) - e7 * Value(x7);
-    };
-    const double y_error = h * mix(v1, v3, v4, v5, v6, end.v);
-    const double v_error = h * mix(a1, a3, a4, a5, a6, end.a);
-    end.error = std::max(std::abs(y_error), std::abs(v_error) / frequency_);
-    return end;
+  Step<T> TakeStep(const ModeForces<T>& forces, const T& a, double h) const {
+    return dormand_prince::TakeStep(y_, v_, a, h, [&](double share, const T& y, const T& v) {
+      return Acceleration(forces, o_.has_drift || !o_.forces.empty() ? T(t_ + share * h) : t_, y, v);
+    });
   }
 
   /// The quintic through (y, v, a) at both ends of a step.
@@ -512,12 +557,11 @@ class ExtendedWalk {
     q[0] = y;
     q[1] = h * v;
     q[2] = (0.5 * h * h) * a;
-    const T rise = end.y - q[0] - q[1] - q[2];
-    const T slope = h * end.v - q[1] - 2.0 * q[2];
-    const T bend = (0.5 * h * h) * end.a - q[2];
-    q[3] = 10.0 * rise - 4.0 * slope + bend;
-    q[4] = -15.0 * rise + 7.0 * slope - 2.0 * bend;
-    q[5] = 6.0 * rise - 3.0 * slope + bend;
+    // rise, slope and bend: what y, v and a at the end are beyond those of q0, q1, q2
+    const double h2 = 0.5 * h * h;
+    q[3] = Sum<T>({{10, end.y}, {-10, y}, {-6 * h, v}, {-3 * h2, a}, {-4 * h, end.v}, {h2, end.a}});
+    q[4] = Sum<T>({{-15, end.y}, {15, y}, {8 * h, v}, {3 * h2, a}, {7 * h, end.v}, {-2 * h2, end.a}});
+    q[5] = Sum<T>({{6, end.y}, {-6, y}, {-3 * h, v}, {-h2, a}, {-3 * h, end.v}, {h2, end.a}});
     return arc;
   }
 
@@ -528,7 +572,7 @@ class ExtendedWalk {
     T slope = o_.strengthening;
     for (const SpeedTerm<T>& term : o_.speed_terms.items()) slope += term.slope(term.p, speed);
     const T deceleration = -d_ * Acceleration(forces, t, y, v);
-    return speed + o_.sliders.items()[i].y_c * slope * DriftFactor(t, d_) * deceleration;
+    return speed + o_.sliders.items()[i].y_c * slope * DriftFactor(t) * deceleration;
   }
 
   /// A joint sticks at the zero of its margin. With drift its slider still moves there, so that the derivative of the
@@ -548,26 +592,27 @@ class ExtendedWalk {
   enum class EventIn { kNone, kTurning, kThreshold, kMoving, kSticking };
 
   /// The first event within a step that has been interpolated, and when.
-  EventIn FindEvent(const ModeForces<T>& forces, const ExtendedArc<double>& arc, const Next& next, double* s,
+  EventIn FindEvent(const ModeForces<T>& forces, const PolynomialArc& arc, const Next& next, double* s,
                     std::size_t* which) const {
     EventIn event = EventIn::kNone;
     const double h = arc.length;
     *s = h;
-    if (d_ * CalcVelocity(arc, h) <= 0) {
+    const double tiny = kRounding * scale_, at_h = d_ * arc.At(h).v;
+    if (at_h <= 0) {
       const double start = d_ * arc.q[1] / h;
-      *s = FindZero([&](double at) { return d_ * CalcVelocity(arc, at); }, start > 0 ? 0 : 1e-6 * h,
-                    std::max(start, 1e-300), h, d_ * CalcVelocity(arc, h));
+      *s = FindZero([&](double at) { return d_ * arc.At(at).v; }, start > 0 ? 0 : 1e-6 * h, std::max(start, 1e-300), h,
+                    at_h, tiny * frequency_);
       event = EventIn::kTurning;
     }
-    const auto reserve = [&](double at) { return d_ * (next.y - CalcDisplacement(arc, at)); };
+    const auto reserve = [&](double at) { return d_ * (next.y - arc.At(at).y); };
     const double at_end = reserve(*s);
     if (next.exists() && at_end < (event == EventIn::kTurning ? -kTiny * scale_ : 0)) {
-      *s = FindZero(reserve, 0, std::max(1e-300, reserve(0)), *s, at_end);
+      *s = FindZero(reserve, 0, std::max(1e-300, reserve(0)), *s, at_end, tiny);
       *which = next.what;
       event = EventIn::kThreshold;
     }
     const std::size_t moving = FindMovingBreakout(arc, s);
-    if (moving < o_.sliders.size()) {
+    if (moving != kNothing) {
       *which = moving;
       event = EventIn::kMoving;
     }
@@ -575,12 +620,14 @@ class ExtendedWalk {
     for (std::size_t i = 0; i < o_.sliders.size(); ++i) {
       if (state_[i].hold != Hold::kSlides || !ActsOn(i)) continue;
       const auto margin = [&](double at) {
-        const T t(arc.t_start + at), y(CalcDisplacement(arc, at)), v(std::max(0.0, d_ * CalcVelocity(arc, at)) * d_);
+        const auto p = arc.At(at);
+        const T t(Value(t_) + at), y(p.y), v(std::max(0.0, d_ * p.v) * d_);
         return Value(SlidingMargin(forces, i, t, y, v));
       };
       const double to = event == EventIn::kTurning ? 0.999 * *s : *s;  // at rest the margin is zero anyway
-      if (margin(to) >= 0) continue;
-      *s = FindZero(margin, 0, std::max(1e-300, margin(0)), to, margin(to));
+      const double at_to = margin(to);
+      if (at_to >= 0) continue;
+      *s = FindZero(margin, 0, std::max(1e-300, margin(0)), to, at_to, 10 * tiny * frequency_);
       *which = i;
       event = EventIn::kSticking;
     }
@@ -597,8 +644,9 @@ class ExtendedWalk {
     double h = std::min(step_ > 0 ? step_ : longest, longest);
     while (true) {
       const double left = duration_ - Value(t_);
-      Step<T> end = TakeStep(forces, t_, y_, v_, a, h);
-      const double error = end.error / (options_.tolerance * scale_);
+      Step<T> end = TakeStep(forces, a, h);
+      const double error =
+          std::max(std::abs(end.y_error), std::abs(end.v_error) / frequency_) / (options_.tolerance * scale_);
       if (!(std::abs(Value(end.y)) < kEscape * scale_) || !std::isfinite(Value(end.a)) || !(h > 1e-12))
         return failed_ = true, false;
       const double factor = std::clamp(0.9 * std::pow(std::max(error, 1e-10), -0.2), 0.2, 4.0);
@@ -609,11 +657,11 @@ class ExtendedWalk {
       ExtendedArc<T> arc = Interpolate(t_, y_, v_, a, end, h);
       double s = h;
       std::size_t which = 0;
-      const EventIn event = FindEvent(forces, ValueOf(arc), next, &s, &which);
+      const EventIn event = FindEvent(forces, {ValuesOf(arc), h}, next, &s, &which);
       if (event != EventIn::kNone) {
         if (s > 1e-12) {
-          end = TakeStep(forces, t_, y_, v_, a, s);
-          if (event == EventIn::kTurning) end = Polish(forces, a, end, &s);
+          end = TakeStep(forces, a, s);
+          if (event == EventIn::kTurning) Polish(forces, a, &end, &s);
           arc = Interpolate(t_, y_, v_, a, end, s);
           out_.Append(arc);
           t_ += s;
@@ -636,14 +684,18 @@ class ExtendedWalk {
   }
 
   /// Moves a step's end to where the integrator itself, not its interpolation, has v = 0.
-  Step<T> Polish(const ModeForces<T>& forces, const T& a, Step<T> end, double* s) const {
-    for (int i = 0; i < 3 && std::abs(Value(end.v)) > 1e-15 && std::abs(Value(end.a)) > kGraze; ++i) {
-      const double better = *s - Value(end.v) / Value(end.a);
-      if (!(better > 0 && better < 2 * *s)) break;
-      *s = better;
-      end = TakeStep(forces, t_, y_, v_, a, *s);
+  void Polish(const ModeForces<T>& forces, const T& a, Step<T>* end, double* s) const {
+    for (int i = 0; i < 3 && std::abs(Value(end->a)) > kGraze; ++i) {
+      const double more = -Value(end->v) / Value(end->a);
+      if (!(*s + more > 0 && *s + more < 2 * *s)) return;
+      *s += more;
+      if (std::abs(more) * frequency_ < 1e-8) {  // what it leaves is a share of 1e-16
+        end->y += more * end->v;
+        end->v += more * end->a;
+        return;
+      }
+      *end = TakeStep(forces, a, *s);
     }
-    return end;
   }
 
   void Handle(const ModeForces<T>& forces, EventIn event, std::size_t which, const Next& next) {
@@ -669,6 +721,8 @@ class ExtendedWalk {
     }
   }
 
+  static constexpr std::size_t kNothing = ~std::size_t{0};
+
   const ExtendedOscillator<T>& o_;
   double clock_, duration_;
   ExtendedSolveOptions options_;
@@ -679,6 +733,10 @@ class ExtendedWalk {
   double scale_ = 0;
   double frequency_ = 1, step_ = 0;  // of the integrator
   std::array<SliderState<T>, kMaxExtendedSliders> state_{};
+  std::array<T, kMaxExtendedSliders> slip_{};  // k y_c [-]
+  T sticking_share_{};                         // of the limits of joints that stick, by their speed terms
+  bool damped_ = false, asymmetric_ = false;   // be it by a derivative only
+  bool limits_vary_ = false;                   // limits of joints change with time or speed
   std::array<bool, 2> stop_active_{};
   bool held_ = false;
   bool failed_ = false;
@@ -694,6 +752,40 @@ bool IsAdmissible(const ExtendedOscillator<T>& o, const T& y0) {
   return Value(o.gap) >= 0 && Value(o.rolling) >= 0;
 }
 
+/// Shares of T0 by the speed terms that joints have at an extremum at distance A [m] that they reached sliding.
+///
+/// A joint that sticks at the speed v before the extremum, a way x before it, has the share of v there and what its
+/// spring takes on the way.  v follows from the deceleration a where it sticks, and x from  v^2 = 2 a x + g K x^2,  K
+/// the stiffness with that joint stuck; both depend on each other weakly, so a few passes do.
+template <typename T>
+std::array<T, kMaxExtendedSliders> CalcSharesAtExtremum(const ExtendedOscillator<T>& o, const T& A) {
+  using std::sqrt;
+  constexpr int kPasses = 6;
+  const auto sliders = o.sliders.items();
+  std::array<T, kMaxExtendedSliders> share{}, way{};
+  for (int pass = 0; pass < kPasses; ++pass) {
+    T K = o.k, friction{};
+    for (std::size_t i = 0; i < sliders.size(); ++i) {
+      friction += sliders[i].k * sliders[i].y_c * (T(1) + share[i]);
+      if (Value(way[i]) > 0) K += sliders[i].k;
+    }
+    for (std::size_t i = 0; i < sliders.size(); ++i) {
+      if (!sliders[i].joint) continue;
+      const T a = o.g * (o.k * (A - way[i]) + friction);
+      share[i] = way[i] = T(0);
+      for (const SpeedTerm<T>& term : o.speed_terms.items()) {
+        const T v2 = term.sticking_speed_squared(term.p, sliders[i].y_c, a);
+        const bool sticks = Value(v2) > 0;
+        share[i] += term.sliding(term.p, sticks ? T(sqrt(v2)) : T(0));
+        if (sticks) way[i] = (sqrt(a * a + o.g * K * v2) - a) / (o.g * K);
+      }
+    }
+  }
+  for (std::size_t i = 0; i < sliders.size(); ++i)
+    if (Value(way[i]) > 0) share[i] += way[i] / sliders[i].y_c;
+  return share;
+}
+
 }  // namespace
 
 template <typename T>
@@ -702,12 +794,7 @@ T CalcDeflectionAtExtremum(const ExtendedOscillator<T>& o, std::size_t slider, c
   if (!s.joint) return s.y_c;
   const double side = Value(y0) < 0 ? -1 : 1;
   T factor(1);
-  if (!o.speed_terms.empty()) {
-    T a = o.k * (side * y0);
-    for (const ExtendedSlider<T>& other : o.sliders.items()) a += other.k * other.y_c;
-    a = o.g * a;
-    for (const SpeedTerm<T>& term : o.speed_terms.items()) factor += term.at_extremum(term.p, s.y_c, a);
-  }
+  if (!o.speed_terms.empty()) factor += CalcSharesAtExtremum(o, T(side * y0))[slider];
   factor *= (T(1) + o.drift * clock) * (T(1) + side * o.asymmetry);
   T reach = s.y_c * factor;
   if (o.has_gap) reach += o.gap;

@@ -19,97 +19,166 @@ std::size_t EndOfArc(const ExtendedArc<T>& arc, bool last, const SampleTimes& ti
   return index >= static_cast<double>(times.size) ? times.size : static_cast<std::size_t>(index);
 }
 
-/// exp(-b s) cos w s and exp(-b s) sin w s at equally spaced s: turned and shrunk from sample to sample.
-class DampedTurner {
- public:
-  DampedTurner(double b, double w, double s, double step) {
-    const double now = std::exp(-b * s), next = std::exp(-b * step);
-    cosine_ = now * std::cos(w * s);
-    sine_ = now * std::sin(w * s);
-    cos_step_ = next * std::cos(w * step);
-    sin_step_ = next * std::sin(w * step);
+/// A displacement, a velocity and a derivative are all the same sum over six functions of time, with other weights:
+///   closed form:  1, s, and with c = exp(-q5 s) cos q4 s, n = exp(-q5 s) sin q4 s:  c, n, s c, s n
+///   polynomial:   1, u, ..., u^5
+constexpr std::size_t kBlock = 64;
+constexpr std::size_t kLanes = 4;  // samples that are found side by side
+struct Basis {
+  std::array<std::array<double, kBlock>, 5> f{};  // without the 1
+};
+using Coefficients = std::array<double, 6>;
+
+/// What turns exp(-b s) (cos w s, sin w s) to the next of equally spaced s.
+struct Turn {
+  double b = 0, w = 0, step = 0;
+  double cosine = 1, sine = 0;
+
+  Turn() = default;
+  Turn(double decay, double frequency, double s) : b(decay), w(frequency), step(s) {
+    const double shrink = b == 0 ? 1 : std::exp(-b * s);
+    cosine = shrink * std::cos(w * s);
+    sine = shrink * std::sin(w * s);
   }
-  double cosine() const { return cosine_; }
-  double sine() const { return sine_; }
-  void Next() {
-    const double c = cosine_ * cos_step_ - sine_ * sin_step_;
-    sine_ = sine_ * cos_step_ + cosine_ * sin_step_;
-    cosine_ = c;
+  Turn Apply(const Turn& other) const {
+    Turn both;
+    both.cosine = cosine * other.cosine - sine * other.sine;
+    both.sine = sine * other.cosine + cosine * other.sine;
+    return both;
+  }
+};
+
+/// Motions alternate between a few frequencies: their turns are kept.
+class Turns {
+ public:
+  const Turn& Find(double b, double w, double step) {
+    for (const Turn& turn : kept_)
+      if (turn.w == w && turn.b == b && turn.step == step) return turn;
+    Turn& oldest = kept_[next_];
+    next_ = (next_ + 1) % kept_.size();
+    return oldest = Turn(b, w, step);
   }
 
  private:
-  double cosine_ = 0, sine_ = 0, cos_step_ = 1, sin_step_ = 0;
-};
-
-/// Weights of the six numbers q of an arc in y and, for the closed form, in v at some samples of it. The derivative of
-/// y by a quantity is the same sum over the derivatives of q, less v times that of t_start.
-constexpr std::size_t kBlock = 64;
-struct Weights {
-  std::array<std::array<double, kBlock>, 6> y{};
-  std::array<double, kBlock> value{}, velocity{};
+  std::array<Turn, 4> kept_{};
+  std::size_t next_ = 0;
 };
 
 template <typename T>
-std::array<double, 6> Values(const ExtendedArc<T>& arc) {
-  std::array<double, 6> q{};
+Coefficients Values(const ExtendedArc<T>& arc) {
+  Coefficients q{};
   for (std::size_t j = 0; j < q.size(); ++j) q[j] = Value(arc.q[j]);
   return q;
 }
 
-void WeighClosedForm(const std::array<double, 6>& q, double s0, const SampleTimes& times, std::size_t first,
-                     std::size_t size, double start, Weights* weights) {
-  DampedTurner turner(q[5], q[4], s0, times.step);
+/// c and n at equally spaced samples, in lanes that are independent of each other.
+void TurnThrough(const Coefficients& q, double s0, double step, std::size_t size, Turns* turns, Basis* basis) {
+  const Turn one = turns->Find(q[5], q[4], step);
+  const Turn two = one.Apply(one), four = two.Apply(two);
+  std::array<double, kLanes> cosine{}, sine{};
+  Turn at(q[5], q[4], s0);
+  for (std::size_t lane = 0; lane < kLanes; ++lane) {
+    cosine[lane] = at.cosine;
+    sine[lane] = at.sine;
+    at = at.Apply(one);
+  }
+  for (std::size_t i = 0; i < size; i += kLanes) {
+    for (std::size_t lane = 0; lane < kLanes; ++lane) {
+      basis->f[1][i + lane] = cosine[lane];
+      basis->f[2][i + lane] = sine[lane];
+      const double c = cosine[lane] * four.cosine - sine[lane] * four.sine;
+      sine[lane] = sine[lane] * four.cosine + cosine[lane] * four.sine;
+      cosine[lane] = c;
+    }
+  }
+}
+
+void CalcClosedForm(const Coefficients& q, const SampleTimes& times, std::size_t first, std::size_t size, double start,
+                    Turns* turns, Basis* basis) {
+  auto& f = basis->f;
+  if (times.times.empty()) {
+    TurnThrough(q, times[first] - start, times.step, size, turns, basis);
+  } else {
+    for (std::size_t i = 0; i < size; ++i) {
+      const Turn at(q[5], q[4], times[first + i] - start);
+      f[1][i] = at.cosine;
+      f[2][i] = at.sine;
+    }
+  }
   for (std::size_t i = 0; i < size; ++i) {
     const double s = times[first + i] - start;
-    if (!times.times.empty()) turner = DampedTurner(q[5], q[4], s, 0);
-    const double cosine = turner.cosine(), sine = turner.sine();
-    const double swing = q[2] * cosine + q[3] * sine, turned = q[3] * cosine - q[2] * sine;
-    weights->value[i] = q[0] + q[1] * s + swing;
-    weights->velocity[i] = q[1] + q[4] * turned - q[5] * swing;
-    weights->y[0][i] = 1;
-    weights->y[1][i] = s;
-    weights->y[2][i] = cosine;
-    weights->y[3][i] = sine;
-    weights->y[4][i] = s * turned;
-    weights->y[5][i] = -s * swing;
-    turner.Next();
+    f[0][i] = s;
+    f[3][i] = s * f[1][i];
+    f[4][i] = s * f[2][i];
   }
 }
 
-void WeighPolynomial(const std::array<double, 6>& q, double length, const SampleTimes& times, std::size_t first,
-                     std::size_t size, double start, Weights* weights) {
+void CalcPolynomial(double length, const SampleTimes& times, std::size_t first, std::size_t size, double start,
+                    Basis* basis) {
+  auto& f = basis->f;
   for (std::size_t i = 0; i < size; ++i) {
     const double u = (times[first + i] - start) / length;
-    double power = 1, value = 0, slope = 0, before = 0;
-    for (std::size_t j = 0; j < q.size(); ++j) {
-      weights->y[j][i] = power;
-      value += q[j] * power;
-      slope += static_cast<double>(j) * q[j] * before;
-      before = power;
-      power *= u;
-    }
-    weights->value[i] = value;
-    weights->velocity[i] = slope / length;
+    f[0][i] = u;
+    f[1][i] = u * u;
+    f[2][i] = u * f[1][i];
+    f[3][i] = f[1][i] * f[1][i];
+    f[4][i] = u * f[3][i];
   }
 }
 
-/// Calls use(arc, first sample, number of samples, weights) for all samples of a run.
+Coefficients VelocityOf(const Coefficients& q, double length) {
+  if (length > 0) return {q[1] / length, 2 * q[2] / length, 3 * q[3] / length, 4 * q[4] / length, 5 * q[5] / length, 0};
+  return {q[1], 0, q[4] * q[3] - q[5] * q[2], -(q[4] * q[2] + q[5] * q[3]), 0, 0};
+}
+
+Coefficients DisplacementOf(Coefficients q, double length) {
+  if (!(length > 0)) q[4] = q[5] = 0;
+  return q;
+}
+
+/// The derivative by a quantity, from those of the arc's six numbers and of its start.
+Coefficients DerivativeOf(const Coefficients& q, const Coefficients& velocity, const Coefficients& dq, double dstart,
+                          double length) {
+  Coefficients k = dq;
+  if (!(length > 0)) {
+    k[4] = dq[4] * q[3] - dq[5] * q[2];
+    k[5] = -dq[4] * q[2] - dq[5] * q[3];
+  }
+  for (std::size_t j = 0; j < k.size(); ++j) k[j] -= dstart * velocity[j];
+  return k;
+}
+
+void Evaluate(const Coefficients& k, const Basis& basis, std::size_t size, double* out) {
+  const auto& f = basis.f;
+  if (k[4] == 0 && k[5] == 0) {
+    for (std::size_t i = 0; i < size; ++i) out[i] = k[0] + k[1] * f[0][i] + k[2] * f[1][i] + k[3] * f[2][i];
+  } else if (k[1] == 0) {
+    for (std::size_t i = 0; i < size; ++i)
+      out[i] = k[0] + k[2] * f[1][i] + k[3] * f[2][i] + k[4] * f[3][i] + k[5] * f[4][i];
+  } else {
+    for (std::size_t i = 0; i < size; ++i)
+      out[i] = k[0] + k[1] * f[0][i] + k[2] * f[1][i] + k[3] * f[2][i] + k[4] * f[3][i] + k[5] * f[4][i];
+  }
+}
+
+/// Calls use(arc, its values, first sample, number of samples, basis) for all samples of a run.
 template <typename T, typename Use>
 void ForAllBlocks(const ExtendedTrajectory<T>& trajectory, const SampleTimes& times, Use use) {
-  Weights weights;
+  Basis basis;
+  Turns turns;
   std::size_t from = 0;
   for (const ExtendedArc<T>& arc : trajectory.arcs()) {
     const std::size_t to = EndOfArc(arc, &arc == &trajectory.arcs().back(), times, from);
     const double start = Value(arc.t_start);
-    const std::array<double, 6> q = Values(arc);
+    const Coefficients q = Values(arc);
     for (std::size_t first = from; first < to; first += kBlock) {
       const std::size_t size = std::min(kBlock, to - first);
       if (arc.length > 0) {
-        WeighPolynomial(q, arc.length, times, first, size, start, &weights);
+        CalcPolynomial(arc.length, times, first, size, start, &basis);
       } else {
-        WeighClosedForm(q, times[first] - start, times, first, size, start, &weights);
+        CalcClosedForm(q, times, first, size, start, &turns, &basis);
       }
-      use(arc, first, size, weights);
+      use(arc, q, first, size, basis);
     }
     from = std::max(from, to);
   }
@@ -167,26 +236,24 @@ T ExtendedTrajectory<T>::v(double t) const {
 
 void CalcDisplacements(const ExtendedTrajectory<double>& trajectory, const SampleTimes& times, std::span<double> y) {
   ForAllBlocks(trajectory, times,
-               [&](const ExtendedArc<double>&, std::size_t first, std::size_t size, const Weights& weights) {
-                 std::copy_n(weights.value.begin(), size, y.begin() + static_cast<std::ptrdiff_t>(first));
-               });
+               [&](const ExtendedArc<double>& arc, const Coefficients& q, std::size_t first, std::size_t size,
+                   const Basis& basis) { Evaluate(DisplacementOf(q, arc.length), basis, size, y.data() + first); });
 }
 
 template <int N>
 void CalcDisplacements(const ExtendedTrajectory<Dual<N>>& trajectory, const SampleTimes& times, int columns,
                        std::span<double> y, std::span<double> v, std::span<double> dy) {
   ForAllBlocks(trajectory, times,
-               [&](const ExtendedArc<Dual<N>>& arc, std::size_t first, std::size_t size, const Weights& weights) {
-                 std::copy_n(weights.value.begin(), size, y.begin() + static_cast<std::ptrdiff_t>(first));
-                 std::copy_n(weights.velocity.begin(), size, v.begin() + static_cast<std::ptrdiff_t>(first));
+               [&](const ExtendedArc<Dual<N>>& arc, const Coefficients& q, std::size_t first, std::size_t size,
+                   const Basis& basis) {
+                 const Coefficients velocity = VelocityOf(q, arc.length);
+                 Evaluate(DisplacementOf(q, arc.length), basis, size, y.data() + first);
+                 Evaluate(velocity, basis, size, v.data() + first);
                  for (int p = 0; p < columns; ++p) {
-                   double* column = dy.data() + static_cast<std::size_t>(p) * times.size + first;
-                   const double start = arc.t_start.v[p];
-                   const double q0 = arc.q[0].v[p], q1 = arc.q[1].v[p], q2 = arc.q[2].v[p], q3 = arc.q[3].v[p],
-                                q4 = arc.q[4].v[p], q5 = arc.q[5].v[p];
-                   for (std::size_t i = 0; i < size; ++i)
-                     column[i] = q0 + q1 * weights.y[1][i] + q2 * weights.y[2][i] + q3 * weights.y[3][i] +
-                                 q4 * weights.y[4][i] + q5 * weights.y[5][i] - start * weights.velocity[i];
+                   Coefficients dq{};
+                   for (std::size_t j = 0; j < dq.size(); ++j) dq[j] = arc.q[j].v[p];
+                   Evaluate(DerivativeOf(q, velocity, dq, arc.t_start.v[p], arc.length), basis, size,
+                            dy.data() + static_cast<std::size_t>(p) * times.size + first);
                  }
                });
 }

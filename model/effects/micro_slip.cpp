@@ -50,7 +50,7 @@ const Effect& MicroSlipEffect() {
                       .high = 0.05,
                       .coordinate = Coordinate::kLog,
                       .start_scale = StartScale::kSwing,
-                      .starts = {0.1, 0.25}}},
+                      .starts = {0.1, 0.04, 0.25}}},
       .signature = {.text = "corners of the loop are rounded, the backbone bends where all joints only roll, too",
                     .loss_exponent = 3},
       .confused_with = "rolling_friction, viscous_damping, extra_slider, quadratic_drag, friction_drift",

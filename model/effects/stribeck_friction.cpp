@@ -16,21 +16,21 @@ struct StribeckFriction {
   static T Slope(const LawParameters<T>& p, const T& speed) { return -2.0 * speed / (p[1] * p[1]) * Sliding(p, speed); }
   static T Sticking(const LawParameters<T>& p) { return p[0]; }
 
-  /// Towards the turning point the speed falls as v = a tau and the limit of the deflection rises,
-  ///   y_c (1 + s exp(-(v/v_s)^2)),  at the rate  y_c s exp(-(v/v_s)^2) 2 v a/v_s^2.
+  /// Towards the turning point the limit of the deflection, y_c (1 + s exp(-(v/v_s)^2)), rises at the rate
+  ///   y_c s exp(-(v/v_s)^2) 2 v a/v_s^2.
   /// The joint slides while that is below v, so it sticks at exp(-(v/v_s)^2) = 1/q,  q = 2 y_c s a/v_s^2, if q > 1.
-  /// The share there is s/q = v_s^2/(2 a y_c); the spring takes the rest of the way, v^2/(2 a) = v_s^2 log(q)/(2 a).
-  /// With q <= 1 the joint slides up to the turning point. Both agree at q = 1.
-  static T AtExtremum(const LawParameters<T>& p, const T& y_c, const T& a) {
+  static T StickingSpeedSquared(const LawParameters<T>& p, const T& y_c, const T& a) {
     using std::log;
-    const T way = p[1] * p[1] / (2.0 * a * y_c);
-    if (Value(p[0]) <= Value(way)) return p[0];
-    return way * (1.0 + log(p[0] / way));
+    const T q = 2.0 * y_c * p[0] * a / (p[1] * p[1]);
+    return Value(q) > 1 ? T(p[1] * p[1] * log(q)) : T(0);
   }
 
   static void Extend(std::span<const T> p, ExtendedOscillator<T>* oscillator) {
-    oscillator->speed_terms.Add(
-        {.p = {p[0], p[1]}, .sliding = &Sliding, .slope = &Slope, .sticking = &Sticking, .at_extremum = &AtExtremum});
+    oscillator->speed_terms.Add({.p = {p[0], p[1]},
+                                 .sliding = &Sliding,
+                                 .slope = &Slope,
+                                 .sticking = &Sticking,
+                                 .sticking_speed_squared = &StickingSpeedSquared});
   }
 };
 
