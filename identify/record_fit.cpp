@@ -208,6 +208,7 @@ void PrepareRecord(const SineFitOptions& options, RecordResult* result) {
     result->reason = NeverSlides(result->phases, result->record.g);
   }
   if (!result->used) return;
+  if (result->phases.clipped) result->record.notices.push_back(DescribeCut(result->phases));
   result->sine = FitSine(result->record, result->phases, options);
   const std::size_t left = result->record.t.size() - result->phases.fit_start;
   const std::size_t fitted = MakeFitData(result->record, result->noise, result->phases).size;

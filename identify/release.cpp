@@ -16,27 +16,15 @@ namespace {
 
 /// Deviations within which extrema count as equal.
 constexpr double kEqual = 6;
-/// The amplitude may rise by this share of a swing and still be called free: tones and the other axis beat with it.
+/// A rise by more than this share of a large swing is a push; by less, tones and the other axis beat with it.
 constexpr double kRise = 0.05;
-/// A cycle that loses less than this share of what a later one loses is still driven. Half is what a cycle loses whose
-/// first half swing keeps its amplitude; dry friction with a gap to its static value stays above 0.8.
-constexpr double kDriven = 0.75;
+/// A push that comes after a decay makes the swings grow by this share of the largest at least.
+constexpr double kSecondPush = 0.2;
+/// Swings below this share of the largest are free: by then much has been lost, and only friction takes so much.
+constexpr double kLarge = 0.5;
 /// Rolling: a cycle loses at most this share of the strongest loss, or that share of the swing.
 constexpr double kRollingLoss = 0.1, kRollingShare = 0.03;
 double InMm(double metres) { return 1e3 * metres; }
-
-/// The first extremum from which on the motion is free.
-std::size_t FindStart(std::span<const Turn> turns, std::span<const double> losses) {
-  if (losses.empty()) return 0;
-  const double strongest = *std::max_element(losses.begin(), losses.end());
-  double later = 0;  // strongest loss behind the cycle in question
-  for (std::size_t i = losses.size(); i-- > 0; later = std::max(later, losses[i])) {
-    const double equal = kEqual * turns[i].error, span = Span(turns, i);
-    if (losses[i] < -(equal + kRise * span)) return i + 1;
-    if (later > 0.3 * strongest && losses[i] < kDriven * later - (equal + 0.02 * span)) return i + 1;
-  }
-  return 0;
-}
 
 std::size_t FindRollingStart(std::span<const Turn> turns, std::span<const double> losses) {
   const double strongest = *std::max_element(losses.begin(), losses.end());
@@ -48,26 +36,6 @@ std::size_t FindRollingStart(std::span<const Turn> turns, std::span<const double
     --start;
   }
   return start < losses.size() ? start : turns.size();
-}
-
-/// Extrema that the sensor cut, among those from `first` on: flat at the record's highest or lowest reading. A motion
-/// that pauses where it turns, or comes to rest, is flat at any level; one single turn that is hardly curved may be the
-/// motion's own (a pendulum near its top).
-std::vector<std::size_t> FindCut(const Record& record, const Noise& noise, std::span<const Turn> turns,
-                                 std::size_t first) {
-  const auto [low, high] = std::minmax_element(record.y.begin(), record.y.end());
-  const double within = 4 * noise.sigma + noise.quantum;
-  std::vector<std::size_t> cut;
-  bool sure = false;
-  for (std::size_t i = first; i < turns.size(); ++i) {
-    if (std::min(*high - turns[i].y, turns[i].y - *low) > within) continue;
-    const Flatness flatness = FindFlatness(record, noise, turns, i);
-    if (flatness == Flatness::kRound) continue;
-    cut.push_back(i);
-    sure = sure || flatness == Flatness::kOneLevel || cut.size() > 1;
-  }
-  if (!sure) cut.clear();
-  return cut;
 }
 
 /// The first samples, as long as they stay at one level.
@@ -94,6 +62,14 @@ Still FindStill(const Record& record, const Noise& noise) {
   sum = 0;
   for (std::size_t i = 0; i < kept; ++i) sum += record.y[i];
   return {kept, size, sum / static_cast<double>(kept)};
+}
+
+/// Turns within the first samples that stand still: a hand may hold the mass at the record's end of the range.
+std::size_t CountHeld(const Record& record, const Noise& noise, std::span<const Turn> turns) {
+  const std::size_t end = FindStill(record, noise).end;
+  std::size_t held = 0;
+  while (held < turns.size() && turns[held].index <= end) ++held;
+  return held;
 }
 
 /// Samples in a period, from turns of whatever size.
@@ -141,11 +117,11 @@ std::string TooFew(const Phases& phases, bool pushed) {
       kMinExtrema, phases.extrema.size(), phases.extrema.empty() ? phases.release_s : phases.extrema[0].t);
 }
 
-std::string Clipped(double level, std::size_t count, double last) {
-  return fmt::format(
-      "expected a free decay within the sensor's range, found {} {} cut flat at {:.2f} mm, the last at {:.2f} s; "
-      "push less, or keep only what comes later",
-      count, count == 1 ? "extremum" : "extrema", InMm(level), last);
+/// "3 extrema cut flat at 18.00 mm, the last at 2.70 s".
+std::string FormatCut(const Phases& phases, const char* verb) {
+  const auto last = std::find_if(phases.extrema.rbegin(), phases.extrema.rend(), [](const auto& e) { return e.cut; });
+  return fmt::format("{} {} {}cut flat at {:.2f} mm, the last at {:.2f} s", phases.cut_count,
+                     phases.cut_count == 1 ? "extremum" : "extrema", verb, InMm(phases.cut_level), last->t);
 }
 
 /// Everything that turns, and where the free decay starts among it.
@@ -169,8 +145,8 @@ Swings FindSwings(const Record& record, const Noise& noise) {
     return swings;
   }
   swings.turns = FindTurns(record, noise);
+  MarkCut(record, noise, CountHeld(record, noise, swings.turns), &swings.turns);
   swings.losses = CalcLosses(swings.turns);
-  swings.start = FindStart(swings.turns, swings.losses);
   return swings;
 }
 
@@ -192,6 +168,47 @@ void TakeDecay(const Record& record, const Swings& swings, Phases* phases) {
 void TakeRolling(const Swings& swings, Phases* phases) {
   phases->rolling_start = FindRollingStart(std::span<const Turn>(swings.turns).subspan(swings.start),
                                            std::span<const double>(swings.losses).subspan(swings.start));
+}
+
+/// The last turn from which the swings do not grow again by much, and the last one of which swings are still large.
+struct Range {
+  std::size_t first = 0, last = 0;
+};
+
+Range FindLargeSwings(std::span<const Turn> turns) {
+  Range range;
+  if (turns.size() < 2) return range;
+  double largest = 0;
+  for (std::size_t i = 0; i + 1 < turns.size(); ++i) largest = std::max(largest, Span(turns, i));
+  double later = 0;
+  for (std::size_t i = turns.size() - 1; i-- > 0;) {
+    if (later - Span(turns, i) > kSecondPush * largest) break;
+    if (Span(turns, i) > later) later = Span(turns, i), range.first = i;
+  }
+  range.last = range.first;
+  for (std::size_t i = range.first; i + 1 < turns.size() && Span(turns, i) >= kLarge * later; ++i) range.last = i;
+  return range;
+}
+
+/// The first extremum from which on the motion is free. Leaves the phases of the decay from there.
+void FindStart(const Record& record, const Noise& noise, Swings* swings, Phases* phases) {
+  const std::vector<Turn>& turns = swings->turns;
+  const std::vector<double>& losses = swings->losses;
+  const auto start_at = [&](std::size_t i) {
+    swings->start = i;
+    TakeDecay(record, *swings, phases);
+    if (phases->extrema.size() >= 3) TakeRolling(*swings, phases);
+  };
+  double later = 0;  // strongest loss behind the cycle in question
+  const Range range = FindLargeSwings(turns);
+  for (std::size_t i = losses.size(); i-- > 0; later = std::max(later, losses[i])) {
+    if (i > range.last) continue;
+    start_at(i);
+    const double equal = kEqual * turns[i].error;
+    const bool rises = losses[i] < -(equal + kRise * Span(turns, i));
+    if (rises || (later > equal && IsFirstSwingDriven(record, noise, *phases, later))) return start_at(i + 1);
+  }
+  start_at(0);
 }
 
 /// The readings before the push: rest, or a hand that holds the mass displaced.
@@ -221,22 +238,25 @@ void DropHeld(const Record& record, const Still& still, Swings* swings) {
   }
 }
 
-std::string FindFault(const Record& record, const Noise& noise, const Swings& swings, const Before& before,
-                      Phases* phases) {
+void CountCut(Phases* phases) {
+  for (const Extremum& e : phases->extrema) {
+    if (!e.cut) continue;
+    if (phases->cut_count++ == 0) phases->cut_level = e.y;
+  }
+  phases->clipped = phases->cut_count > 0;
+}
+
+std::string FindFault(const Record& record, const Swings& swings, const Before& before, Phases* phases) {
   const std::vector<Extremum>& e = phases->extrema;
   const bool pushed = before.still.size > 0 || swings.start > 0;
   const double samples = SamplesPerPeriod(record, e);
   if (samples < kMinSamplesPerPeriod) return TooCoarse(samples);
   if (e.size() < 3) return TooFew(*phases, pushed);
-  // A cut extremum right before the decay may be free as well: its size is unknown.
-  std::size_t first = swings.start;
-  while (!before.held && first > 0 && first < swings.turns.size() &&
-         FindFlatness(record, noise, swings.turns, first - 1) != Flatness::kRound)
-    --first;
-  const std::vector<std::size_t> cut = FindCut(record, noise, swings.turns, first);
-  phases->clipped = !cut.empty();
-  if (phases->clipped) return Clipped(record.y[swings.turns[cut[0]].index], cut.size(), swings.turns[cut.back()].t);
   if (e.size() < kMinExtrema) return TooFew(*phases, pushed);
+  if (e.size() - phases->cut_count < kMinExtrema)
+    return fmt::format(
+        "expected a free decay within the sensor's range, found {}; push less, or keep only what comes later",
+        FormatCut(*phases, ""));
   const double first_span = std::abs(e[1].y - e[0].y), fall = first_span - 2 * phases->late_amplitude;
   const double equal = kEqual * std::numbers::sqrt2 * swings.turns[swings.start].error;
   if (!pushed && fall < std::max(equal, 0.01 * first_span))
@@ -255,7 +275,7 @@ Phases FindPhases(const Record& record, const Noise& noise) {
   phases.reason = swings.fault;
   if (!phases.reason.empty()) return phases;
 
-  TakeDecay(record, swings, &phases);
+  FindStart(record, noise, &swings, &phases);
   const Before before = FindBefore(record, noise, phases);
   if (before.held) {
     DropHeld(record, before.still, &swings);
@@ -264,21 +284,22 @@ Phases FindPhases(const Record& record, const Noise& noise) {
     phases.rest_size = before.still.size;
     phases.rest_level = before.still.level;
   }
-  phases.reason = FindFault(record, noise, swings, before, &phases);
+  CountCut(&phases);
+  phases.reason = FindFault(record, swings, before, &phases);
   if (!phases.reason.empty()) return phases;
 
   TakeRolling(swings, &phases);
-  // What the losses leave open the shape of the first half swing decides.
-  if (!before.held && phases.extrema.size() > kMinExtrema && IsFirstSwingPushed(record, noise, phases)) {
-    ++swings.start;
-    TakeDecay(record, swings, &phases);
-    TakeRolling(swings, &phases);
-  }
   const std::size_t last_turn = swings.start > 0 ? swings.turns[swings.start - 1].index : 0;
   phases.release_s = before.held ? record.t[before.still.end - 1]
                                  : FindPushEnd(record, noise, phases, std::max(last_turn, before.still.size));
   phases.usable = true;
   return phases;
+}
+
+std::string DescribeCut(const Phases& phases) {
+  if (!phases.clipped) return {};
+  return FormatCut(phases, phases.cut_count == 1 ? "is " : "are ") +
+         "; how far the motion went there is not known: push less, or widen the sensor's range";
 }
 
 }  // namespace uiclink

@@ -43,6 +43,15 @@ enum class Flatness {
   kOneLevel,      ///< stays at one level for much longer than noise and the converter's steps explain: cut, or a pause
 };
 
+/// Distance from the level of a cut within which a reading is at it [m]: noise, and one step of the converter.
+inline double CutBand(const Noise& noise) { return 4 * noise.sigma + noise.quantum; }
+
+/// Marks the turns that the sensor cut: flat at the record's highest or lowest reading. Their time becomes the middle
+/// of the flat part, their reading its mean. A motion that pauses where it turns, or comes to rest, is flat at any
+/// level; one single turn that is hardly curved may be the motion's own (a pendulum near its top).
+/// @param first  turns before it may be held by a hand, and are left alone.
+void MarkCut(const Record& record, const Noise& noise, std::size_t first, std::vector<Turn>* turns);
+
 Flatness FindFlatness(const Record& record, const Noise& noise, std::span<const Turn> turns, std::size_t i);
 
 }  // namespace uiclink

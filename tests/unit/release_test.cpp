@@ -305,28 +305,115 @@ TEST(UnusableRecord, IsPushedToTheEnd) {
             "expected at least 5 extrema after the push, found 2 from 1.66 s on; let go and record for longer");
 }
 
-TEST(UnusableRecord, IsCutAtTheSensorsLimit) {
-  PushedRecord setup = LateralSetup(12);
-  setup.zero = 0;
-  setup.range = 16 * kMm;
-  // Cut are the end of the push and the first two free extrema (26 and 19 mm).
-  const Phases phases = Find(Simulate(setup).record);
-  EXPECT_FALSE(phases.usable);
-  EXPECT_TRUE(phases.clipped);
-  EXPECT_EQ(phases.reason,
-            "expected a free decay within the sensor's range, found 4 extrema cut flat at -16.00 mm, the last at 3.12 "
-            "s; push "
-            "less, or keep only what comes later");
+TEST(CutRecord, IsUsedAndSaysHowMuchIsCut) {
+  for (unsigned seed = 1; seed <= 10; ++seed) {
+    PushedRecord setup = LateralSetup(seed);
+    setup.zero = 0;
+    setup.range = 19 * kMm;  // cuts the end of the push and the first two free extrema (26 and 19.4 mm)
+    const SimulatedRecord truth = Simulate(setup);
+    const Phases phases = Find(truth.record);
+    ASSERT_TRUE(phases.usable) << phases.reason;
+    EXPECT_TRUE(phases.clipped && phases.extrema[0].cut && !phases.extrema[2].cut);
+    EXPECT_GE(phases.cut_count, 1u);  // the flat part of the second is hardly longer than a round one's
+    EXPECT_LE(phases.cut_count, 2u);
+    EXPECT_NEAR(std::abs(phases.cut_level), setup.range, setup.quantum / 2);
+    // Half of 0.2 s that are flat, times the share by which sticking (w^2 + 65 %) comes down sooner than sliding: 10 ms
+    // to fourth order, and half a sample from the ends of the flat part.
+    EXPECT_NEAR(phases.extrema[0].t, truth.extremum_t[0], 0.0125) << seed;
+    EXPECT_NEAR(phases.extrema[2].t, truth.extremum_t[2], 0.5e-3) << seed;
+    EXPECT_LT(phases.release_s, phases.extrema[0].t) << seed;
+    EXPECT_NE(DescribeCut(phases).find(" cut flat at "), std::string::npos) << DescribeCut(phases);
+  }
 }
 
-TEST(UnusableRecord, IsCutAtItsLargestExtremaOnly) {
+TEST(CutRecord, IsUsedWhenOnlyItsLargestExtremaAreCut) {
   PushedRecord setup = LateralSetup(12);
   setup.zero = 0;
   setup.range = 23 * kMm;  // cuts the last pushed extremum, too, at the other side
-  EXPECT_EQ(
-      Reason(Simulate(setup).record),
-      "expected a free decay within the sensor's range, found 2 extrema cut flat at 23.00 mm, the last at 2.62 s; push "
-      "less, or keep only what comes later");
+  const SimulatedRecord truth = Simulate(setup);
+  const Phases phases = Find(truth.record);
+  ASSERT_TRUE(phases.usable) << phases.reason;
+  EXPECT_EQ(phases.cut_count, 1u);
+  EXPECT_NEAR(phases.extrema[0].t, truth.extremum_t[0], 0.010);  // as above, a fourth of it
+  EXPECT_EQ(DescribeCut(phases).find("1 extremum is cut flat at -23.00 mm, the last at 2.6"), 0u)
+      << DescribeCut(phases);
+}
+
+TEST(CutRecord, IsNotUsedWhereHardlyAnyExtremumIsLeft) {
+  PushedRecord setup = LateralSetup(12);
+  setup.zero = 0;
+  setup.range = 7 * kMm;  // below the 8.1 mm at which it rolls for ever
+  EXPECT_EQ(Reason(Simulate(setup).record).find("expected a free decay within the sensor's range, found "), 0u);
+}
+
+TEST(FindPhases, TellsAPushFromHeavyFriction) {
+  // One or two half swings slide, the mass stops within them, and the last pushed swing is the largest.
+  Oscillator<double> heavy;
+  heavy.k = 2.6;
+  heavy.Add({9, 0.0225});
+  for (unsigned seed = 1; seed <= 20; ++seed) {
+    PushedRecord setup = LateralSetup(seed);
+    setup.link = heavy;
+    setup.push = 0.037 + 0.0001 * seed;
+    setup.release_phase = 0.9;
+    const SimulatedRecord truth = Simulate(setup);
+    const Phases phases = Find(truth.record);
+    ASSERT_TRUE(phases.usable) << phases.reason;
+    // The bias of the fit's window goes with k1: 0.12 ms * 9/2.21, and 1.4 for the wider window; 0.2 ms of noise.
+    EXPECT_NEAR(phases.extrema[0].t, truth.extremum_t[0], 1e-3) << seed;
+  }
+}
+
+TEST(FindPhases, TellsAPushFromAStop) {
+  // The first extremum runs into a stop that gives back what it takes: the next one is larger than the law says.
+  const HalfCycle half = CalcHalfCycle(Lateral(), 29 * kMm);
+  std::vector<double> y = FreeDecay(Lateral(), 29 * kMm, 0, 12);
+  // Harmonic against the stop from 24 mm on: as far as 26 mm, on the way out and on the way back.
+  const auto first_inside = std::find_if(y.begin(), y.end(), [](double v) { return v < 24 * kMm; });
+  const double v = (first_inside[0] - first_inside[-1]) * 200, w = -v / (2 * kMm);
+  std::vector<double> whole;
+  for (double t = std::numbers::pi / w; t >= 0; t -= 1.0 / 200) whole.push_back(24 * kMm + 2 * kMm * std::sin(w * t));
+  const double top = 0.5 * static_cast<double>(whole.size()) / 200;
+  whole.insert(whole.end(), first_inside, y.end());
+  std::vector<double> approach;  // a hand brings it there
+  for (double t = 0; t < 0.5; t += 1.0 / 200) approach.push_back(24 * kMm * (1 - std::cos(std::numbers::pi * t)) / 1.0);
+  for (double& a : approach) a = std::min(a, 24 * kMm);
+  whole.insert(whole.begin(), approach.begin(), approach.end());
+  const Phases phases = Find(FromDisplacements(whole));
+  ASSERT_TRUE(phases.usable) << phases.reason;
+  EXPECT_NEAR(phases.extrema[0].t, 0.5 + top, 0.02);
+  EXPECT_NEAR(phases.extrema[1].y, half.next_amplitude * -1, 0.1 * kMm);
+}
+
+TEST(FindPhases, BeatsLateInTheRecordAreNoPush) {
+  // The other direction: 0.9 mm at 1.15 Hz that hardly decays, beside 2.5 mm of rolling at 1.56 Hz.
+  PushedRecord setup = LateralSetup(3);
+  setup.link = Oscillator<double>{};
+  setup.link.k = 2.9;
+  setup.link.Add({7, 0.0175});
+  SimulatedRecord truth = Simulate(setup);
+  for (std::size_t i = 0; i < truth.record.t.size(); ++i)
+    truth.record.y[i] +=
+        0.9 * kMm * std::exp(-0.05 * truth.record.t[i]) * std::cos(2 * std::numbers::pi * 1.15 * truth.record.t[i] + 2);
+  const Phases phases = Find(truth.record);
+  ASSERT_TRUE(phases.usable) << phases.reason;
+  // 0.9 mm at another phase shifts an extremum of 15 mm and more by up to 0.9/15/w = 10 ms.
+  EXPECT_NEAR(phases.extrema[0].t, truth.extremum_t[0], 0.010);
+}
+
+TEST(FindPhases, AToneDoesNotMoveExtrema) {
+  for (const double frequency : {18.0, 20.0, 50.0, 59.8}) {
+    PushedRecord setup = LateralSetup(2);
+    SimulatedRecord truth = Simulate(setup);
+    for (std::size_t i = 0; i < truth.record.t.size(); ++i)
+      truth.record.y[i] += 0.35 * kMm * std::sin(2 * std::numbers::pi * frequency * truth.record.t[i] + 0.7);
+    const Phases phases = Find(truth.record);
+    ASSERT_TRUE(phases.usable) << frequency << " Hz: " << phases.reason;
+    ASSERT_GE(phases.extrema.size(), 10u) << frequency;
+    // A window of 1.8 rad holds five periods of 18 Hz; what the unfinished one leaves is below a twentieth of 0.35 mm
+    // times w_tone/w_motion, over w^2 A: 5 ms at 8 mm.
+    for (std::size_t i = 0; i < 10; ++i) EXPECT_NEAR(phases.extrema[i].t, truth.extremum_t[i], 0.008) << frequency;
+  }
 }
 
 TEST(UnusableRecord, HoldsNoMotion) {
