@@ -4,10 +4,13 @@
 
 #include <algorithm>
 #include <cmath>
+#include <functional>
 #include <limits>
 #include <set>
 #include <utility>
 
+#include "identify/compare_effects.h"
+#include "identify/extended_fit.h"
 #include "identify/noise.h"
 #include "identify/parallel.h"
 #include "identify/release.h"
@@ -20,11 +23,6 @@ namespace {
 constexpr double kStandardAmplitudes[] = {0.002, 0.005, 0.010, 0.015, 0.020, 0.025, 0.030};  // [m]
 constexpr std::size_t kBins = 8;  // of the measured amplitudes
 constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
-
-/// A full cycle of a decay, see AmplitudePoint.
-struct Cycle {
-  double amplitude = 0, frequency = 0, loss = 0;
-};
 
 /// A record and what can be said about it without a model.
 struct Measured {
@@ -53,22 +51,19 @@ std::vector<ComparedSet> DescribeSets(const std::vector<std::string>& files, con
 std::string FindObstacle(const std::optional<DirectionParameters>& parameters, Direction direction) {
   if (!parameters)
     return fmt::format("expected a table [{0}], found none: not simulated in {0} direction", Name(direction));
-  if (!parameters->effects.empty()) {
-    std::string effects;
-    for (const EffectValues& effect : parameters->effects) effects += (effects.empty() ? "" : ", ") + effect.id;
-    return fmt::format(
-        "expected the plain model, found effects ({}): this version does not simulate them, so the {} parameters are "
-        "listed only",
-        effects, Name(direction));
-  }
   if (parameters->sliders.size() > kMaxFittedSliders)
     return fmt::format("expected at most {} sliders, found {}: the {} parameters are listed only", kMaxFittedSliders,
                        parameters->sliders.size(), Name(direction));
   return "";
 }
 
-Oscillator<double> LinkOf(const Comparison& comparison, const ComparedSet& set, std::size_t i) {
-  return MakeOscillator(comparison.parameters[i], set.g);
+/// By set; those that cannot be simulated are empty.
+std::vector<SetModel> MakeModels(const std::vector<ComparedSet>& sets, const Comparison& comparison) {
+  std::vector<SetModel> models(sets.size());
+  for (std::size_t s = 0; s < sets.size(); ++s)
+    if (comparison.why_not[s].empty())
+      models[s] = MakeSetModel(comparison.parameters[s], sets[s].g, comparison.direction, sets[s].file);
+  return models;
 }
 
 /// The link in the coordinates of a fit, which have logarithms of everything. A slider without friction exerts no force
@@ -88,16 +83,6 @@ FitState StateOf(const Oscillator<double>& link, const Phases& phases) {
 }
 
 // ---------------------------------------------------------------- cycles
-
-std::vector<Cycle> FindCycles(const std::vector<Extremum>& e) {
-  std::vector<Cycle> cycles;
-  for (std::size_t i = 0; i + 2 < e.size(); ++i) {
-    const double first = std::abs(e[i].y - e[i + 1].y), second = std::abs(e[i + 1].y - e[i + 2].y);
-    cycles.push_back(
-        {.amplitude = (first + second) / 4, .frequency = 1 / (e[i + 2].t - e[i].t), .loss = (first - second) / 2});
-  }
-  return cycles;
-}
 
 /// The cycle that starts at amplitude A. Frequency and loss are NaN where the mass stops before the other side.
 Cycle CycleFrom(const Oscillator<double>& link, double A) {
@@ -122,14 +107,31 @@ Cycle CycleAbout(const Oscillator<double>& link, double amplitude) {
   return CycleFrom(link, high);
 }
 
+/// The cycle of one set about an amplitude: in closed form for the plain model, otherwise from simulated decays.
+using CycleOfSet = std::function<Cycle(double amplitude)>;
+
+std::vector<CycleOfSet> MakeCycles(const std::vector<SetModel>& models, double largest) {
+  std::vector<CycleOfSet> cycles;
+  for (const SetModel& model : models) {
+    if (!model.simulated) {
+      cycles.emplace_back([](double) { return Cycle{.frequency = kNan, .loss = kNan}; });
+    } else if (model.IsPlain()) {
+      cycles.emplace_back([link = model.link](double amplitude) { return CycleAbout(link, amplitude); });
+    } else {
+      cycles.emplace_back([table = CycleTable(model, largest)](double amplitude) { return table.About(amplitude); });
+    }
+  }
+  return cycles;
+}
+
 /// Measured cycles in bins of equal width of the amplitude, beside the sets' cycles at the same amplitudes.
-std::vector<AmplitudePoint> BinCycles(std::vector<Cycle> cycles, const std::vector<ComparedSet>& sets,
-                                      const Comparison& comparison) {
+std::vector<AmplitudePoint> BinCycles(std::vector<Cycle> cycles, const std::vector<SetModel>& models) {
   if (cycles.empty()) return {};
   std::sort(cycles.begin(), cycles.end(), [](const Cycle& l, const Cycle& r) { return l.amplitude > r.amplitude; });
   const double top = cycles.front().amplitude, width = (top - cycles.back().amplitude) / kBins;
+  const std::vector<CycleOfSet> of_set = MakeCycles(models, top);
   std::vector<AmplitudePoint> bins(kBins);
-  for (AmplitudePoint& bin : bins) bin.frequency = bin.loss = std::vector<double>(sets.size(), 0.0);
+  for (AmplitudePoint& bin : bins) bin.frequency = bin.loss = std::vector<double>(models.size(), 0.0);
   for (const Cycle& cycle : cycles) {
     const double place = width > 0 ? (top - cycle.amplitude) / width : 0;
     AmplitudePoint& bin = bins[std::min(kBins - 1, static_cast<std::size_t>(place))];
@@ -137,9 +139,8 @@ std::vector<AmplitudePoint> BinCycles(std::vector<Cycle> cycles, const std::vect
     bin.amplitude += cycle.amplitude;
     bin.measured_frequency += cycle.frequency;
     bin.measured_loss += cycle.loss;
-    for (std::size_t s = 0; s < sets.size(); ++s) {
-      const Cycle model = comparison.why_not[s].empty() ? CycleAbout(LinkOf(comparison, sets[s], s), cycle.amplitude)
-                                                        : Cycle{.frequency = kNan, .loss = kNan};
+    for (std::size_t s = 0; s < models.size(); ++s) {
+      const Cycle model = of_set[s](cycle.amplitude);
       bin.frequency[s] += model.frequency;
       bin.loss[s] += model.loss;
     }
@@ -148,20 +149,22 @@ std::vector<AmplitudePoint> BinCycles(std::vector<Cycle> cycles, const std::vect
   for (AmplitudePoint& bin : bins) {
     const double n = bin.cycles;
     for (double* value : {&bin.amplitude, &bin.measured_frequency, &bin.measured_loss}) *value /= n;
-    for (std::size_t s = 0; s < sets.size(); ++s) bin.frequency[s] /= n, bin.loss[s] /= n;
+    for (std::size_t s = 0; s < models.size(); ++s) bin.frequency[s] /= n, bin.loss[s] /= n;
   }
   return bins;
 }
 
-std::vector<BackbonePoint> CalcBackbone(const std::vector<ComparedSet>& sets, const Comparison& comparison) {
+std::vector<BackbonePoint> CalcBackbone(const std::vector<SetModel>& models) {
   std::vector<BackbonePoint> points;
   for (const double amplitude : kStandardAmplitudes) {
     BackbonePoint point{.amplitude = amplitude, .frequency = {}, .loss = {}};
-    for (std::size_t s = 0; s < sets.size(); ++s) {
-      const bool simulated = comparison.why_not[s].empty();
-      const Oscillator<double> link = simulated ? LinkOf(comparison, sets[s], s) : Oscillator<double>{};
-      point.frequency.push_back(simulated ? CalcFrequency(link, amplitude) : kNan);
-      point.loss.push_back(simulated ? CalcLossPerCycle(link, amplitude) : kNan);
+    for (const SetModel& model : models) {
+      point.frequency.push_back(!model.simulated  ? kNan
+                                : model.IsPlain() ? CalcFrequency(model.link, amplitude)
+                                                  : CalcExtendedFrequency(model, amplitude));
+      point.loss.push_back(!model.simulated  ? kNan
+                           : model.IsPlain() ? CalcLossPerCycle(model.link, amplitude)
+                                             : CalcExtendedLoss(model, amplitude));
     }
     points.push_back(point);
   }
@@ -187,31 +190,48 @@ std::vector<Measured> Measure(std::vector<Record>* records, Comparison* comparis
   return measured;
 }
 
+SetOnRecord DescribeStart(const FitData& data, double chi2, const Start& start, bool converged) {
+  return {.used = true,
+          .rms = data.sigma * std::sqrt(chi2 / static_cast<double>(data.size)),
+          .start = start,
+          .converged = converged};
+}
+
+/// What effects need of each record (amplitudes, phases, drifts) is fitted with its start.
+SetOnRecord FitExtendedStart(const Measured& measured, const SetModel& model, const FitData& data) {
+  ExtendedState plain{.link = StateOf(model.link, measured.phases), .shared = {}, .own = {}};
+  ExtendedState state = Convert(Extension(), plain, model.extension);
+  state.shared = model.shared;
+  ExtendedControl control;
+  control.window_s = GrowingWindows(measured.phases);
+  control.fix_link = control.fix_shared = true;
+  control.function_tolerance = 1e-9;  // as FitControl
+  const ExtendedOutcome outcome = FitExtended({&data, 1}, Sharing::kLink, model.extension, state, control);
+  return DescribeStart(data, outcome.chi2, outcome.state.link.starts[0], outcome.converged);
+}
+
 /// Fits the start of the record with the link held, through growing windows: the phase error of a wrong link grows with
 /// time, and a fit of the whole record at once may end a period off.
-SetOnRecord FitStart(const Measured& measured, const Oscillator<double>& link) {
+SetOnRecord FitStart(const Measured& measured, const SetModel& model) {
   FitData data = MakeFitData(measured.record, measured.noise, measured.phases);
-  data.g = link.g;
+  data.g = model.link.g;
+  if (!model.IsPlain()) return FitExtendedStart(measured, model, data);
   FitControl control;
   control.window_s = GrowingWindows(measured.phases);
   control.fix_link = true;
-  const FitOutcome outcome = Fit({&data, 1}, Sharing::kLink, StateOf(link, measured.phases), control);
-  return {.used = true,
-          .rms = data.sigma * std::sqrt(outcome.chi2 / static_cast<double>(data.size)),
-          .start = outcome.state.starts[0],
-          .converged = outcome.converged};
+  const FitOutcome outcome = Fit({&data, 1}, Sharing::kLink, StateOf(model.link, measured.phases), control);
+  return DescribeStart(data, outcome.chi2, outcome.state.starts[0], outcome.converged);
 }
 
-void FitStarts(const std::vector<Measured>& measured, const std::vector<ComparedSet>& sets, Comparison* comparison) {
+void FitStarts(const std::vector<Measured>& measured, const std::vector<SetModel>& models, Comparison* comparison) {
   for (const Measured& m : measured)
     comparison->records.push_back({.file = m.record.file,
                                    .samples = MakeFitData(m.record, m.noise, m.phases).size,
                                    .noise = m.noise.sigma,
-                                   .results = std::vector<SetOnRecord>(sets.size())});
-  ParallelFor(measured.size() * sets.size(), 0, [&](std::size_t i) {
-    const std::size_t r = i / sets.size(), s = i % sets.size();
-    if (comparison->why_not[s].empty())
-      comparison->records[r].results[s] = FitStart(measured[r], LinkOf(*comparison, sets[s], s));
+                                   .results = std::vector<SetOnRecord>(models.size())});
+  ParallelFor(measured.size() * models.size(), 0, [&](std::size_t i) {
+    const std::size_t r = i / models.size(), s = i % models.size();
+    if (models[s].simulated) comparison->records[r].results[s] = FitStart(measured[r], models[s]);
   });
 }
 
@@ -244,14 +264,15 @@ Comparison CompareDirection(Direction direction, const std::vector<ParameterSet>
     comparison.parameters.push_back(set[direction].value_or(DirectionParameters{}));
     comparison.why_not.push_back(FindObstacle(set[direction], direction));
   }
-  comparison.backbone = CalcBackbone(described, comparison);
+  const std::vector<SetModel> models = MakeModels(described, comparison);
+  comparison.backbone = CalcBackbone(models);
   const std::vector<Measured> measured = Measure(records, &comparison);
-  FitStarts(measured, described, &comparison);
+  FitStarts(measured, models, &comparison);
   Summarise(&comparison);
   std::vector<Cycle> cycles;
   for (const Measured& m : measured)
     for (const Cycle& cycle : FindCycles(m.phases.extrema)) cycles.push_back(cycle);
-  comparison.points = BinCycles(std::move(cycles), described, comparison);
+  comparison.points = BinCycles(std::move(cycles), models);
   return comparison;
 }
 

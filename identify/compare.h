@@ -19,7 +19,8 @@ struct ComparedSet {
   double load_N = 0;          ///< during its measurement [N]
 };
 
-/// How one parameter set does on one record: only the start of the record (amplitude, time, zero) is fitted.
+/// How one parameter set does on one record: only the start of the record (amplitude, time, zero) is fitted, and what
+/// effects of the set leave to each record (the amplitude of a tone, the drift of the zero).
 struct SetOnRecord {
   bool used = false;       ///< false: the set cannot be simulated in this direction (Comparison::why_not)
   double rms = 0;          ///< [m]
@@ -38,7 +39,8 @@ struct ComparedRecord {
 ///
 /// A cycle is what lies between three extrema y0, y1, y2 of the free decay, so that the sensor's zero cancels:
 ///   amplitude (|y0 - y1| + |y1 - y2|)/4,   frequency 1/(t2 - t0),   loss per half cycle |y0 - y2|/2.
-/// The model's cycle has the same amplitude, by the same formulas; its half cycles are CalcHalfCycle's.
+/// The model's cycle has the same amplitude, by the same formulas; its half cycles are CalcHalfCycle's, or simulated
+/// where the set has effects (compare_effects.h).
 struct AmplitudePoint {
   int cycles = 0;                 ///< averaged
   double amplitude = 0;           ///< mean [m]
@@ -48,7 +50,8 @@ struct AmplitudePoint {
   std::vector<double> loss;       ///< by set [m]; NaN as above
 };
 
-/// The sets by themselves at one amplitude, in closed form (model/closed_form.h).
+/// The sets by themselves at one amplitude: in closed form (model/closed_form.h), with effects as compare_effects.h has
+/// it.
 struct BackbonePoint {
   double amplitude = 0;           ///< [m]
   std::vector<double> frequency;  ///< by set: of the half cycle that starts there [Hz]; NaN where not simulated
@@ -88,9 +91,10 @@ struct CompareResult {
 };
 
 /// Compares sets on records, direction by direction. Without records, in each direction that a set has: parameters,
-/// backbone and loss side by side. A set is not simulated, and why_not says so, where it lacks the direction, has
-/// effects (this version knows the plain model only) or more than kMaxFittedSliders sliders.
+/// backbone and loss side by side. A set is not simulated, and why_not says so, where it lacks the direction or has
+/// more than kMaxFittedSliders sliders.
 /// @param files  of the sets, for labels and messages.
+/// @throws InputError for effects of a set that the catalogue does not have as they are (MakeSetModel).
 CompareResult Compare(const std::vector<std::string>& files, const std::vector<ParameterSet>& sets,
                       std::vector<Record> records);
 

@@ -2,11 +2,13 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <cmath>
 #include <filesystem>
 #include <nlohmann/json.hpp>
 
 #include "identify/compare.h"
+#include "model/effect.h"
 #include "reports/text_table.h"
 
 namespace uiclink {
@@ -54,6 +56,38 @@ std::string FormatValue(const DirectionParameters& parameters, const std::string
   return "";
 }
 
+/// "rolling_friction.T_r" and its unit, of every set; an effect without parameters of its own stands by its name.
+std::vector<std::pair<std::string, std::string>> ListEffectRows(const Comparison& comparison) {
+  std::vector<std::pair<std::string, std::string>> rows;
+  const auto add = [&rows](const std::string& name, std::string_view unit) {
+    if (std::none_of(rows.begin(), rows.end(), [&](const auto& row) { return row.first == name; }))
+      rows.emplace_back(name, unit);
+  };
+  for (const DirectionParameters& parameters : comparison.parameters)
+    for (const EffectValues& values : parameters.effects) {
+      const Effect* effect = FindEffect(values.id);
+      if (values.parameters.empty()) add(values.id, "");
+      for (const auto& [symbol, value] : values.parameters) {
+        std::string_view unit;  // of a set that is listed only nothing has been checked
+        if (effect != nullptr)
+          for (const EffectParameter& p : effect->parameters)
+            if (p.symbol == symbol) unit = p.unit;
+        add(values.id + "." + symbol, unit);
+      }
+    }
+  return rows;
+}
+
+/// Value of a row of ListEffectRows; "-" where the set has no such effect.
+std::string FormatEffectValue(const DirectionParameters& parameters, const std::string& name) {
+  for (const EffectValues& values : parameters.effects) {
+    if (values.id == name) return "yes";
+    for (const auto& [symbol, value] : values.parameters)
+      if (values.id + "." + symbol == name) return WithStd(parameters, name, value);
+  }
+  return "-";
+}
+
 std::string FormatParameters(const CompareResult& result, const Comparison& comparison) {
   TextTable table;
   table.AddColumn("parameter", Align::kLeft);
@@ -75,6 +109,8 @@ std::string FormatParameters(const CompareResult& result, const Comparison& comp
     add_row("sum ki", "1/m", [&](const auto& p) { return sum(p, p.SumOfSliderStiffness()); });
     add_row("sum T0i", "-", [&](const auto& p) { return sum(p, p.SumOfSliderForce()); });
   }
+  for (const auto& [name, unit] : ListEffectRows(comparison))
+    add_row(name, unit, [&](const auto& p) { return FormatEffectValue(p, name); });
   return table.Format(2);
 }
 

@@ -5,6 +5,7 @@
 #include <cmath>
 #include <limits>
 
+#include "identify/diagnose_symptoms.h"
 #include "identify/family_wise.h"
 #include "identify/statistics.h"
 
@@ -14,7 +15,7 @@ namespace {
 constexpr std::size_t kMostCauses = 3;
 constexpr double kSignificant = 0.005;  // family-wise
 constexpr double kRivalBic = 10;        // difference below which two models are not told apart ("very strong" is above)
-constexpr double kExplainsEnough = 0.75;  // of the mean square, from which causes are named although structure is left
+constexpr double kExplainsEnough = 0.95;  // of the mean square, from which causes are named although structure is left
 constexpr double kNeeded = 0.9;  // rms with / without a cause: above this a model with structure left can do without
 constexpr double kSharingLevel = 0.01;
 
@@ -69,10 +70,11 @@ class Diagnoser {
   Diagnosis Run() {
     const Step start = FitPlain();
     result_.plain = Describe(data_, sharing_, start.extension, start.outcome);
-    std::vector<Step> path = GoForward(start);
-    Step final = path.back();
+    Step final = GoForward(start, kMostCauses);
     DropUnneeded(&final);
-    if (final.extension.empty()) final = start;
+    // With several sliders a model has so much freedom that another pair would hardly be told from this one.
+    const bool doubtful = final.extension.effects().size() == kMostCauses || IsStructured(final);
+    if (doubtful && plain_.sliders == 1) LookForBetterPair(start, &final);
     Judge(start, final);
     return std::move(result_);
   }
@@ -161,21 +163,63 @@ class Diagnoser {
     return best;
   }
 
-  /// Adds the best effect again and again.
-  std::vector<Step> GoForward(const Step& start) {
-    std::vector<Step> path = {start};
-    while (path.size() <= kMostCauses) {
-      const Step& now = path.back();
-      if (path.size() > 1 && !CalcStructure(data_, now.extension, now.outcome.state).structured) break;
+  bool IsStructured(const Step& step) const {
+    return CalcStructure(data_, step.extension, step.outcome.state).structured;
+  }
+
+  /// Adds the best effect again and again, until nothing is left to explain or nothing helps.
+  Step GoForward(Step now, std::size_t most) {
+    while (now.extension.effects().size() < most && (now.extension.empty() || IsStructured(now))) {
       std::vector<EffectFit> fits = TryAll(now);
       const Best best = FindBest(now, fits);
-      if (path.size() == 1) ReportCandidates(now, fits, best);
-      if (best.fit != nullptr) path.push_back({.extension = best.fit->extension, .outcome = best.fit->outcome});
+      const bool first = now.extension.empty() && singles_.empty();
+      if (first) ReportCandidates(now, fits, best);
       const bool found = best.fit != nullptr;
-      if (path.size() <= 2 && singles_.empty()) singles_ = std::move(fits);
+      if (found) now = {.extension = best.fit->extension, .outcome = best.fit->outcome};
+      if (first) singles_ = std::move(fits);
       if (!found) break;
     }
-    return path;
+    return now;
+  }
+
+  /// All of a model's penalised likelihood; smaller is better.
+  double PenaliseModel(const Step& step, double size) const {
+    double penalised = size * std::log(step.outcome.chi2);
+    for (const Effect* effect : step.extension.effects())
+      penalised += CountUnknowns(effect) * std::log(size) + 2 * std::log(static_cast<double>(catalogue_.size()));
+    return penalised;
+  }
+
+  /// The effect that explains most by itself may be one that imitates two others: the way forward starts again from
+  /// effects of the model so far that came in later, and from the next best ones.
+  void LookForBetterPair(const Step& start, Step* final) {
+    constexpr std::size_t kMostStarts = 6;
+    std::vector<const Effect*> tried;
+    if (!final->extension.empty()) tried.push_back(final->extension.effects()[0]);
+    while (tried.size() < kMostStarts && (IsStructured(*final) || final->extension.effects().size() > 2)) {
+      const EffectFit* single = FindNextStart(start, *final, tried);
+      if (single == nullptr) return;
+      tried.push_back(single->effect);
+      Step pair = GoForward({.extension = single->extension, .outcome = single->outcome}, 2);
+      if (pair.extension.effects().size() < 2) continue;
+      DropUnneeded(&pair);
+      const double size = EffectiveSize(pair.outcome.chi2 < final->outcome.chi2 ? pair : *final);
+      if (PenaliseModel(pair, size) < PenaliseModel(*final, size)) *final = std::move(pair);
+    }
+  }
+
+  /// The next single effect from which a pair may start: those of the model so far first, then by what they explain.
+  const EffectFit* FindNextStart(const Step& start, const Step& final, const std::vector<const Effect*>& tried) const {
+    const EffectFit* next = nullptr;
+    for (const EffectFit& fit : singles_) {
+      if (!fit.refitted || fit.outcome.chi2 > 0.95 * start.outcome.chi2) continue;
+      if (std::find(tried.begin(), tried.end(), fit.effect) != tried.end()) continue;
+      if (!FindFault(Describe(data_, sharing_, fit.extension, fit.outcome), fit.effect).empty()) continue;
+      const bool in = final.extension.Has(fit.effect);
+      const bool next_in = next != nullptr && final.extension.Has(next->effect);
+      if (next == nullptr || (in != next_in ? in : fit.outcome.chi2 < next->outcome.chi2)) next = &fit;
+    }
+    return next;
   }
 
   void ReportCandidates(const Step& start, const std::vector<EffectFit>& fits, const Best& best) {
@@ -383,6 +427,7 @@ const char* Name(Verdict verdict) {
 Diagnosis Diagnose(const Identification& plain, const DiagnoseOptions& options) {
   const auto begin = std::chrono::steady_clock::now();
   Diagnosis diagnosis = Diagnoser(plain, options).Run();
+  DescribeSymptoms(plain, &diagnosis);
   diagnosis.wall_s = std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
   return diagnosis;
 }

@@ -9,6 +9,8 @@
 #include "identify/extended_result.h"
 #include "identify/held_out.h"
 #include "identify/identification.h"
+#include "identify/missing_force.h"
+#include "identify/symptoms.h"
 
 namespace uiclink {
 
@@ -47,6 +49,11 @@ struct Cause {
   double rms_before = 0, rms_after = 0;  ///< of the fit without and with it [m]
   HeldOut held_out = {};
   std::vector<const Effect*> rivals = {};  ///< effects that do as well in its place
+
+  /// Symptoms of Effect::repairs: how many were significant in the plain fit, and which of these (by id) are at most
+  /// half as significant in the extended one.
+  int repairable = 0;
+  std::vector<std::string> repaired = {};
 };
 
 /// What the plain model lacks, for the records of one direction.
@@ -56,7 +63,12 @@ struct Diagnosis {
   std::vector<Cause> causes;          ///< in the order in which they were found
   ExtendedResult plain;               ///< the plain model as the extended ones are judged
   ExtendedResult extended;            ///< with the named causes; the plain one where there are none
-  std::vector<std::string> notices;   ///< in words, for the report
+  Symptoms symptoms;                  ///< of the plain fit
+  Symptoms symptoms_left;             ///< of the extended fit; empty without causes
+  /// Where structure is left: along the plain link, or where causes are named along that of the extended fit. What the
+  /// named causes do to the reading is taken away, what they do to the mass is in it.
+  std::optional<MissingForce> missing_force;
+  std::vector<std::string> notices;  ///< in words, for the report
   int evaluations = 0;
   double wall_s = 0;
 

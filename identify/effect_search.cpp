@@ -2,12 +2,14 @@
 
 #include <Eigen/QR>
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <limits>
 #include <numbers>
 #include <numeric>
 
 #include "identify/parallel.h"
+#include "identify/start_values.h"
 
 namespace uiclink {
 namespace {
@@ -37,6 +39,11 @@ double LargestReading(std::span<const FitData> data) {
   return largest;
 }
 
+/// A size that is neutral at infinity (the level of a sensor that clips) has no sensitivity there.
+bool HasNoScore(const Effect& effect) {
+  return std::isinf(effect.neutral) && effect.parameters[0].coordinate == Coordinate::kLinear;
+}
+
 /// All combinations of the start values of an effect's parameters, in coordinates.
 class StartGrid {
  public:
@@ -49,9 +56,11 @@ class StartGrid {
       const EffectParameter& parameter = effect.parameters[p];
       std::vector<double> values = {0.0};
       const bool is_size = p == 0 || (effect.quadrature && p == 1);
-      if (!is_size || parameter.start_scale != StartScale::kAbsolute) values = Values(effect, parameter);
-      if (is_size && parameter.start_scale == StartScale::kAbsolute)
-        values = {ToCoordinate(parameter, p == 0 ? effect.neutral : 0.0)};
+      if (!is_size || HasNoScore(effect)) {
+        values = Values(effect, parameter);
+      } else {
+        values = {p == 0 ? NearNeutral(effect) : 0.0};
+      }
       std::vector<std::vector<double>> longer;
       for (const std::vector<double>& point : points)
         for (const double value : values) {
@@ -70,14 +79,27 @@ class StartGrid {
     return starts;
   }
 
- private:
+  /// Where the size is linearised. Sizes of one sign only (losses) just beside the neutral value: without any loss a
+  /// link with k1 < k slips for ever, ever less, and the least loss ends that, so that the tangent at zero knows
+  /// nothing of the tail of the record.
+  double NearNeutral(const Effect& effect) const {
+    constexpr double kBeside = 1e-5;  // of a size that shows clearly: below what any record resolves
+    const EffectParameter& size = effect.parameters[0];
+    const double neutral = ToCoordinate(size, effect.neutral);
+    const bool one_sided = size.coordinate == Coordinate::kLinear && size.low == effect.neutral;
+    return one_sided ? neutral + kBeside * Values(effect, size)[0] : neutral;
+  }
+
+  /// Start values of a parameter, in coordinates.
   std::vector<double> Values(const Effect& effect, const EffectParameter& parameter) const {
     std::vector<double> values;
     if (parameter.start_scale == StartScale::kSpectrum) {
       for (const double decay : {0.0, 0.5}) {
         const double nyquist = 0.5 * data_[0].record->sampling_hz;
-        const double low = parameter.low, high = std::min(parameter.high, 0.98 * nyquist);
-        if (effect.parameters.size() <= 3 && decay > 0) continue;  // a steady tone
+        const bool steady = effect.parameters.size() <= 3;
+        // A steady tone may be folded onto the very end of the spectrum; one that dies away needs room about it.
+        const double low = parameter.low, high = std::min(parameter.high, (steady ? 1.0 : 0.98) * nyquist);
+        if (steady && decay > 0) continue;
         for (const double f : FindLines(residuals_, data_[0].record->sampling_hz, low, high, decay, kLines))
           values.push_back(f);
       }
@@ -93,6 +115,7 @@ class StartGrid {
     return values;
   }
 
+ private:
   double Frequency() const {
     return std::sqrt(data_[0].g * (std::exp(link_.levels[0][0]) + 0.5 * std::exp(link_.levels[0][1])));
   }
@@ -205,7 +228,7 @@ class Trial {
 
   /// The best quick refit to the end, or as it is where it is far behind the best of all effects.
   void Finish(double best_of_all) {
-    constexpr double kFarBehind = 6;
+    constexpr double kFarBehind = 25;
     if (!found_) return;
     const int iterations = chi2() > kFarBehind * best_of_all ? 0 : 60;
     fit_.outcome = FitExtended(data_, sharing_, fit_.extension, best_.state, {.max_iterations = iterations});
@@ -221,10 +244,7 @@ class Trial {
   EffectFit Take() { return std::move(fit_); }
 
  private:
-  /// A size that is neutral at infinity (the level of a sensor that clips) has no sensitivity there.
-  bool HasNoScore() const {
-    return std::isinf(effect_->neutral) && effect_->parameters[0].coordinate == Coordinate::kLinear;
-  }
+  bool HasNoScore() const { return uiclink::HasNoScore(*effect_); }
 
   ExtendedState StateAt(const StartPoint& start) const {
     ExtendedState state = neutral_;
@@ -237,6 +257,7 @@ class Trial {
       const Normal normal = CalcNormal(data_, sharing_, fit_.extension, StateAt(start), 1);
       Score score;
       if (normal.gram.allFinite() && normal.gradient.allFinite()) score = TestScore(normal, sizes_.numbers);
+      if (!HasNoScore()) score.statistic = std::max(0.0, score.statistic + now_.chi2 - normal.chi2);
       scored_.emplace_back(start, score);
     }
     fit_.alternatives = CountAlternatives();
@@ -291,8 +312,9 @@ class Trial {
     if (size.scope != Scope::kLink || size.starts.empty()) return states;
     const std::size_t index = sizes_.places[0].index;
     const Extension::Unknown& unknown = fit_.extension.shared()[index];
+    const double shows = StartGrid(data_, now_.state.link, {}).Values(*effect_, size)[0];
     for (const double share : {1.0, 0.2, -0.2, -1.0}) {
-      const double value = share * ToCoordinate(size, size.starts[0]);
+      const double value = share * shows;
       if (value < unknown.low || value > unknown.high) continue;
       states.push_back(StateAt(start));
       states.back().shared[index] = value;
@@ -302,12 +324,12 @@ class Trial {
 
   /// The most telling records, as many as a search needs: those with the largest swings.
   void ChooseRecords() {
-    constexpr std::size_t kEnough = 4;
+    const std::size_t enough = sliders_ == 1 ? 4 : 2;
     std::vector<std::size_t> order(data_.size());
     std::iota(order.begin(), order.end(), 0);
     std::stable_sort(order.begin(), order.end(),
                      [&](std::size_t a, std::size_t b) { return data_[a].swing > data_[b].swing; });
-    if (order.size() > kEnough) order.resize(kEnough);
+    if (order.size() > enough) order.resize(enough);
     chosen_ = order;
     for (const std::size_t r : chosen_) chosen_data_.push_back(data_[r]);
   }
@@ -350,6 +372,39 @@ class Trial {
     return outcome;
   }
 
+  /// Several sliders that were fitted without the effect have often settled where they imitate it, and do not come
+  /// back. So the link is grown once more, from one slider with the effect at its side to as many as it has.
+  ExtendedOutcome Regrow(const ExtendedControl& glance, const ExtendedControl& quick) {
+    constexpr double kFirstSplit = 3, kLaterSplit = 1.6;  // ratios of the critical displacements of the two halves
+    ExtendedOutcome best;
+    best.chi2 = std::numeric_limits<double>::infinity();
+    const auto keep = [&](ExtendedOutcome outcome) {
+      if (outcome.chi2 < best.chi2) best = std::move(outcome);
+    };
+    const std::size_t starts = std::min<std::size_t>(scored_.size(), 3);
+    for (std::size_t i = 0; i < starts; ++i)
+      for (const ExtendedState& state : SpreadSizes(scored_[i].first, scored_[i].second)) {
+        ExtendedState one = ChooseFrom(state);
+        one.link.shape.clear();
+        keep(Fit(chosen_data_, one, glance));
+      }
+    if (!std::isfinite(best.chi2)) return best;
+    best = Fit(chosen_data_, best.state, quick);
+    for (int n = 2; n <= sliders_; ++n) {
+      const ExtendedState fewer = best.state;
+      best.chi2 = std::numeric_limits<double>::infinity();
+      const Oscillator<double> link = ToOscillator(fewer.link.levels[0], fewer.link.shape, data_[0].g);
+      for (int split = 0; split + 1 < n; ++split) {
+        ExtendedState grown = fewer;
+        Levels levels;
+        FromOscillator(SplitSlider(link, split, n == 2 ? kFirstSplit : kLaterSplit), &levels, &grown.link.shape);
+        keep(Fit(chosen_data_, grown, quick));
+      }
+      if (!std::isfinite(best.chi2)) return best;
+    }
+    return best;
+  }
+
   void RefitQuickly() {
     constexpr std::size_t kFewStarts = 2, kManyStarts = 12, kKept = 2;
     ChooseRecords();
@@ -368,10 +423,12 @@ class Trial {
       std::sort(attempts.begin(), attempts.end(),
                 [](const Attempt& a, const Attempt& b) { return a.outcome.chi2 < b.outcome.chi2; });
     };
-    const std::size_t starts = std::min(scored_.size(), leaves_much_ || HasNoScore() ? kManyStarts : kFewStarts);
+    const bool many = sliders_ == 1 && (leaves_much_ || HasNoScore());
+    const std::size_t starts = std::min(scored_.size(), many ? kManyStarts : kFewStarts);
     for (std::size_t i = 0; i < starts; ++i)
       for (const ExtendedState& state : SpreadSizes(scored_[i].first, scored_[i].second))
         attempts.push_back({Fit(chosen_data_, ChooseFrom(state), glance), state});
+    if (sliders_ > 1 && leaves_much_) attempts.push_back({Regrow(glance, quick), neutral_});
     sort();
     if (attempts.size() > kKept) attempts.resize(kKept);
     for (Attempt& attempt : attempts) attempt.outcome = Fit(chosen_data_, attempt.outcome.state, quick);
@@ -426,39 +483,49 @@ std::vector<EffectFit> EffectSearch::Try(const Extension& current, const Extende
 
 std::vector<double> FindLines(std::span<const std::vector<float>> residuals, double sampling_hz, double low_hz,
                               double high_hz, double decay, std::size_t count) {
+  constexpr std::size_t kLanes = 8;
   std::size_t longest = 0;
   for (const std::vector<float>& r : residuals) longest = std::max(longest, r.size());
   const double step_hz = 0.4 * sampling_hz / static_cast<double>(std::max<std::size_t>(longest, 1));
   const auto size = static_cast<std::size_t>(std::max(0.0, (high_hz - low_hz) / step_hz)) + 1;
-  std::vector<double> power(size);
+  std::vector<double> power(size + kLanes - 1);
   for (const std::vector<float>& series : residuals) {
     std::vector<double> weighted(series.begin(), series.end());
     for (std::size_t i = 0; i < weighted.size(); ++i)
       weighted[i] *= std::exp(-decay * static_cast<double>(i) / sampling_hz);
-    for (std::size_t k = 0; k < size; ++k) {
-      // Goertzel: one multiplication a sample.
-      const double turn = 2 * std::numbers::pi * (low_hz + static_cast<double>(k) * step_hz) / sampling_hz;
-      const double twice = 2 * std::cos(turn);
-      double s1 = 0, s2 = 0;
-      for (const double x : weighted) {
-        const double s0 = x + twice * s1 - s2;
-        s2 = s1;
-        s1 = s0;
-      }
-      power[k] += s1 * s1 + s2 * s2 - twice * s1 * s2;
+    // Goertzel: one multiplication a sample. One frequency alone would wait for its own last sum.
+    for (std::size_t k = 0; k < size; k += kLanes) {
+      std::array<double, kLanes> twice{}, s1{}, s2{};
+      for (std::size_t l = 0; l < kLanes; ++l)
+        twice[l] = 2 * std::cos(2 * std::numbers::pi * (low_hz + static_cast<double>(k + l) * step_hz) / sampling_hz);
+      for (const double x : weighted)
+        for (std::size_t l = 0; l < kLanes; ++l) {
+          const double s0 = x + twice[l] * s1[l] - s2[l];
+          s2[l] = s1[l];
+          s1[l] = s0;
+        }
+      for (std::size_t l = 0; l < kLanes; ++l) power[k + l] += s1[l] * s1[l] + s2[l] * s2[l] - twice[l] * s1[l] * s2[l];
     }
   }
+  power.resize(size);
+  // The top of a peak lies between the frequencies that were tried.
+  const auto find_top = [&](std::size_t k) {
+    const double at = low_hz + static_cast<double>(k) * step_hz;
+    if (k == 0 || k + 1 == size) return at;
+    const double bend = power[k - 1] - 2 * power[k] + power[k + 1];
+    return at + (bend < 0 ? 0.5 * (power[k - 1] - power[k + 1]) / bend : 0.0) * step_hz;
+  };
   std::vector<std::size_t> peaks;
   for (std::size_t k = 0; k < size; ++k)
     if ((k == 0 || power[k] >= power[k - 1]) && (k + 1 == size || power[k] > power[k + 1])) peaks.push_back(k);
   std::sort(peaks.begin(), peaks.end(), [&](std::size_t a, std::size_t b) { return power[a] > power[b]; });
   std::vector<double> lines;
   for (const std::size_t k : peaks) {
-    const double f = low_hz + static_cast<double>(k) * step_hz;
+    if (lines.size() == count) break;
+    const double f = find_top(k);
     const bool near =
         std::any_of(lines.begin(), lines.end(), [&](double other) { return std::abs(other - f) < 3 * step_hz; });
     if (!near) lines.push_back(f);
-    if (lines.size() == count) break;
   }
   return lines;
 }

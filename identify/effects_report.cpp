@@ -8,39 +8,17 @@
 #include <string_view>
 #include <vector>
 
+#include "reports/wrap.h"
+
 namespace uiclink {
 namespace {
 
 constexpr std::size_t kColumns = 100;  // of the terminal
 constexpr std::size_t kTextColumn = 18;
 
-/// Text broken at blanks so that it ends before column kColumns; every line but the first is indented.
-std::string Wrap(std::string_view text, std::size_t indent) {
-  std::string wrapped;
-  std::size_t column = indent;
-  while (!text.empty()) {
-    const std::size_t begin = text.find_first_not_of(' ');
-    if (begin == std::string_view::npos) break;
-    const std::size_t end = std::min(text.find(' ', begin), text.size());
-    const std::string_view word = text.substr(begin, end - begin);
-    const std::string_view blanks = text.substr(0, column == indent ? 0 : begin);  // equations align with two
-    if (column > indent && column + blanks.size() + word.size() > kColumns) {
-      wrapped += '\n' + std::string(indent, ' ');
-      column = indent;
-    } else {
-      wrapped += blanks;
-      column += blanks.size();
-    }
-    wrapped += word;
-    column += word.size();
-    text.remove_prefix(end);
-  }
-  return wrapped;
-}
-
 void AddEntry(std::string_view name, std::string_view text, std::string* out) {
   if (text.empty()) return;
-  *out += fmt::format("  {:<{}}{}\n", name, kTextColumn - 2, Wrap(text, kTextColumn));
+  *out += fmt::format("  {:<{}}{}\n", name, kTextColumn - 2, Wrap(text, kTextColumn, kColumns));
 }
 
 std::string FormatBounds(const EffectParameter& p) {
@@ -113,7 +91,7 @@ std::string FormatEffects(std::span<const Effect* const> effects) {
   out += Wrap(
              "Forces are divided by the load M g; y [m] is the displacement, t [s] the record's clock. Bounds are "
              "physical: an effect is named only inside them.",
-             0) +
+             0, kColumns) +
          '\n';
   for (const Effect* effect : effects) out += '\n' + FormatEffect(*effect);
   return out;

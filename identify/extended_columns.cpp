@@ -10,25 +10,65 @@
 namespace uiclink {
 namespace {
 
+/// A coordinate of the link, the number-th of (levels, shape).
+double LinkCoordinate(double value, int /*number*/, double /*type*/) { return value; }
 template <int N>
-Dual<N> Seed(double value, const Eigen::MatrixXd& natural, Eigen::Index row) {
-  Dual<N> scalar(value);
-  for (Eigen::Index c = 0; c < natural.cols(); ++c) scalar.v(c) = natural(row, c);
-  return scalar;
+Dual<N> LinkCoordinate(double value, int number, const Dual<N>& /*type*/) {
+  return Dual<N>(value, number);
 }
 
-/// The link with its derivatives by (levels, shape).
-template <int N>
-Oscillator<Dual<N>> SeedLink(const Oscillator<double>& link) {
-  const Eigen::MatrixXd natural = CalcNaturalDerivatives(link);
-  Oscillator<Dual<N>> dual;
-  dual.g = link.g;
-  dual.k = Seed<N>(link.k, natural, 0);
-  for (int i = 0; i < link.size(); ++i) {
-    const Slider<double>& slider = link.sliders()[static_cast<std::size_t>(i)];
-    dual.Add({.k = Seed<N>(slider.k, natural, 1 + i), .T0 = Seed<N>(slider.T0, natural, 1 + link.size() + i)});
+/// Shares exp(u_i) / sum exp(u_j) of n sliders, u_1 = 0; u_2 is coordinate `first`.
+template <typename T>
+std::array<T, kMaxFittedSliders> CalcShares(const double* logs, int n, int first) {
+  using std::exp;
+  std::array<T, kMaxFittedSliders> shares;
+  double largest = 0;
+  for (int i = 1; i < n; ++i) largest = std::max(largest, logs[i - 1]);
+  T sum(0);
+  for (int i = 0; i < n; ++i) {
+    const T log = i == 0 ? T(0) : LinkCoordinate(logs[i - 1], first + i - 1, T());
+    sum += shares[static_cast<std::size_t>(i)] = exp(T(log - largest));
   }
-  return dual;
+  for (int i = 0; i < n; ++i) shares[static_cast<std::size_t>(i)] /= sum;
+  return shares;
+}
+
+/// The link of some coordinates (link_coordinates.h), with its derivatives by them; without use of the heap.
+template <typename T>
+Oscillator<T> MakeLink(const double* levels, const double* shape, int n, double g) {
+  using std::exp;
+  constexpr int kLevels = 3;
+  Oscillator<T> link;
+  link.g = g;
+  link.k = exp(LinkCoordinate(levels[0], 0, T()));
+  const T stiffness = exp(LinkCoordinate(levels[1], 1, T())), friction = exp(LinkCoordinate(levels[2], 2, T()));
+  if (n == 1) {
+    link.Add({.k = stiffness, .T0 = friction});
+    return link;
+  }
+  const auto k = CalcShares<T>(shape, n, kLevels), T0 = CalcShares<T>(shape + (n - 1), n, kLevels + n - 1);
+  for (std::size_t i = 0; i < static_cast<std::size_t>(n); ++i)
+    link.Add({.k = stiffness * k[i], .T0 = friction * T0[i]});
+  return link;
+}
+
+/// Most parameters of an effect: those of a reading, which a Dual<6> carries beside its input.
+constexpr std::size_t kMostParameters = 5;
+
+/// Values of an effect's parameters as its laws are given them (Extension::LawValues without use of the heap).
+std::array<double, kMostParameters> CalcLawValues(const Extension& extension, const Effect* effect,
+                                                  std::span<const double> shared, std::span<const double> own) {
+  std::array<double, kMostParameters> values{};
+  const auto put = [&](std::span<const Extension::Unknown> unknowns, std::span<const double> coordinates) {
+    for (std::size_t i = 0; i < unknowns.size(); ++i) {
+      if (unknowns[i].effect != effect) continue;
+      const bool log = unknowns[i].Parameter().coordinate == Coordinate::kLog;
+      values[unknowns[i].parameter] = log ? std::exp(coordinates[i]) : coordinates[i];
+    }
+  };
+  put(extension.shared(), shared);
+  put(extension.own(), own);
+  return values;
 }
 
 }  // namespace
@@ -77,8 +117,12 @@ bool ExtendedColumns::Evaluate(const FitData& data, std::size_t size, std::size_
 
 bool ExtendedColumns::EvaluatePlain(const FitData& data, const SampleTimes& times, const double* levels,
                                     const double* shape, const double* start, const double* shared) {
-  const ExtendedOscillator<double> oscillator = MakeExtendedOscillator(
-      ToOscillator(levels, shape, sliders_, data.g), extension_, {shared, extension_.shared().size()});
+  ExtendedOscillator<double> oscillator = Extend(MakeLink<double>(levels, shape, sliders_, data.g));
+  for (const Effect* effect : extension_.effects()) {
+    if (!effect->IsMechanical()) continue;
+    const auto p = CalcLawValues(extension_, effect, {shared, extension_.shared().size()}, {});
+    effect->Extend<double>({p.data(), effect->parameters.size()}, &oscillator);
+  }
   const double duration = std::max(0.0, times[size_ - 1]);
   if (Solve(oscillator, start[0], fit_start_, duration, &plain_, {.tolerance = tolerance_}) != SolveStatus::kOk)
     return false;
@@ -90,12 +134,12 @@ template <int N>
 bool ExtendedColumns::EvaluateDual(const FitData& data, const SampleTimes& times, const double* levels,
                                    const double* shape, const double* start, const double* shared) {
   using T = Dual<N>;
-  ExtendedOscillator<T> oscillator = Extend(SeedLink<N>(ToOscillator(levels, shape, sliders_, data.g)));
+  ExtendedOscillator<T> oscillator = Extend(MakeLink<T>(levels, shape, sliders_, data.g));
   int next = link_ + 1;
-  std::array<int, N> unknown_of{};  // which shared unknown a dual belongs to
+  std::array<int, static_cast<std::size_t>(N)> unknown_of{};  // which shared unknown a dual belongs to
   for (const Effect* effect : extension_.effects()) {
     if (!effect->IsMechanical()) continue;
-    std::vector<T> p(effect->parameters.size());
+    std::array<T, kMaxLawParameters> p;
     for (std::size_t i = 0; i < extension_.shared().size(); ++i) {
       const Extension::Unknown& unknown = extension_.shared()[i];
       if (unknown.effect != effect) continue;
@@ -106,7 +150,7 @@ bool ExtendedColumns::EvaluateDual(const FitData& data, const SampleTimes& times
       p[unknown.parameter] = value;
       ++next;
     }
-    effect->Extend<T>(p, &oscillator);
+    effect->Extend<T>({p.data(), effect->parameters.size()}, &oscillator);
   }
   auto& trajectory = std::get<ExtendedTrajectory<T>>(duals_);
   const double duration = std::max(0.0, times[size_ - 1]);
@@ -140,7 +184,8 @@ void ExtendedColumns::Read(const FitData& data, std::size_t stride, const double
   };
   for (const Effect* effect : extension_.readings()) {
     if (!offset_added && effect->stage > ReadingStage::kCurve) add_offset();
-    ReadThrough(effect, extension_.LawValues(effect, shared, own), derivatives);
+    const auto p = CalcLawValues(extension_, effect, shared, own);
+    ReadThrough(effect, {p.data(), effect->parameters.size()}, derivatives);
   }
   if (!offset_added) add_offset();
   const double* reading = data.record->y.data() + data.first;
@@ -155,8 +200,8 @@ void ExtendedColumns::ReadThrough(const Effect* effect, std::span<const double> 
     return;
   }
   using T = Dual<6>;
-  std::array<T, 5> p;
-  std::array<int, 5> column{};
+  std::array<T, kMostParameters> p;
+  std::array<double*, kMostParameters> column{};
   const auto place = [&](std::span<const Extension::Unknown> unknowns, int first) {
     for (std::size_t j = 0; j < unknowns.size(); ++j) {
       if (unknowns[j].effect != effect) continue;
@@ -164,19 +209,27 @@ void ExtendedColumns::ReadThrough(const Effect* effect, std::span<const double> 
       p[parameter] = T(law_values[parameter]);
       p[parameter].v(1 + static_cast<int>(parameter)) =
           unknowns[j].Parameter().coordinate == Coordinate::kLog ? law_values[parameter] : 1.0;
-      column[parameter] = first + static_cast<int>(j);
+      column[parameter] = Column(first + static_cast<int>(j));
     }
   };
   place(extension_.shared(), link_ + 3);
   place(extension_.own(), link_ + 3 + static_cast<int>(extension_.shared().size()));
   const std::size_t parameters = effect->parameters.size();
+  slope_.resize(size_);
   const bool curved = effect->stage == ReadingStage::kCurve || effect->stage == ReadingStage::kClipped;
   for (std::size_t i = 0; i < size_; ++i) {
     const T out = effect->Read<T>({p.data(), parameters}, clock_[i], fit_start_, T(value[i], 0));
     value[i] = out.a;
-    if (curved)
-      for (int c = 0; c < unknowns_; ++c) Column(c)[i] *= out.v(0);
-    for (std::size_t j = 0; j < parameters; ++j) Column(column[j])[i] = out.v(1 + static_cast<int>(j));
+    if (curved) slope_[i] = out.v(0);
+    for (std::size_t j = 0; j < parameters; ++j) column[j][i] = out.v(1 + static_cast<int>(j));
+  }
+  if (!curved) return;
+  for (int c = 0; c < unknowns_; ++c) {
+    double* by_unknown = Column(c);
+    if (std::find(column.begin(), column.begin() + static_cast<std::ptrdiff_t>(parameters), by_unknown) !=
+        column.begin() + static_cast<std::ptrdiff_t>(parameters))
+      continue;  // the effect's own
+    for (std::size_t i = 0; i < size_; ++i) by_unknown[i] *= slope_[i];
   }
 }
 

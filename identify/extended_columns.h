@@ -56,7 +56,7 @@ class ExtendedColumns {
   int evaluations_ = 0;
   double fit_start_ = 0;
   double tolerance_ = kFitTolerance;
-  std::vector<double> columns_, clock_, times_, scratch_;
+  std::vector<double> columns_, clock_, times_, scratch_, slope_;
   ExtendedTrajectory<double> plain_;
   std::tuple<ExtendedTrajectory<Dual<6>>, ExtendedTrajectory<Dual<8>>, ExtendedTrajectory<Dual<12>>,
              ExtendedTrajectory<Dual<16>>>

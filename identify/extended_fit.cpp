@@ -147,8 +147,8 @@ class ExtendedFitter {
     options.function_tolerance = last ? control.function_tolerance : 1e-3;
     options.gradient_tolerance = 1e-14;
     options.parameter_tolerance = last ? 1e-11 : 1e-5;
-    options.num_threads = std::min(control.threads, CountThreads(0));
-    options.linear_solver_type = ceres::DENSE_QR;  // a few dozen rows and columns
+    options.num_threads = std::min(CountThreads(control.threads), CountThreads(0));  // more end up in Ceres' log
+    options.linear_solver_type = ceres::DENSE_QR;                                    // a few dozen rows and columns
     ceres::Solver::Summary summary;
     ceres::Solve(options, &problem, &summary);
     if (!last) return;

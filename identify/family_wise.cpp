@@ -10,7 +10,7 @@ namespace {
 
 /// Effects that linear screens can tell apart act like so many independent ones (literature.md 5.3: 3 in one record, 4
 /// to 5 in five).
-constexpr double kFamilies = 5;
+constexpr double kFamilies = 10;
 
 }  // namespace
 

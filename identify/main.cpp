@@ -155,6 +155,16 @@ void Emit(const Arguments& arguments, const std::string& text, const std::string
   if (!arguments.quiet) std::cout << text;
 }
 
+/// The plain model's set beside the extended one. One of an earlier run would be taken for this run's.
+void WritePlainSet(const RunResult& run, const std::filesystem::path& file) {
+  if (HasCauses(run)) {
+    WriteFileWhole(file, FormatParameterSet(MakePlainParameterSet(run)));
+  } else {
+    std::error_code none;
+    std::filesystem::remove(file, none);
+  }
+}
+
 int RunIdentify(Arguments arguments) {
   const Progress progress(arguments.quiet || arguments.JsonToStdout());
   arguments.identify.progress = progress;
@@ -183,16 +193,19 @@ int RunIdentify(Arguments arguments) {
     return kNothingDone;
   }
   PrintNotices(run);
+  const std::vector<std::string> warnings = FormatDiagnosisWarnings(run);
+  for (const std::string& warning : warnings) fmt::print(stderr, "{}\n", warning);
   const std::string json = FormatJson(run);
   const std::filesystem::path out(arguments.out);
   WriteFileWhole(out / "parameters.toml", FormatParameterSet(MakeParameterSet(run)));
+  WritePlainSet(run, out / "parameters_plain.toml");
   WriteFileWhole(out / "result.json", json);
   WriteFileWhole(out / "residuals.csv", FormatResiduals(run));
   Emit(arguments,
-       FormatReport(run) +
-           fmt::format("Written: {0}/parameters.toml {0}/result.json {0}/residuals.csv\n", arguments.out),
+       FormatReport(run) + fmt::format("Written: {0}/parameters.toml {1}{0}/result.json {0}/residuals.csv\n",
+                                       arguments.out, HasCauses(run) ? arguments.out + "/parameters_plain.toml " : ""),
        json);
-  bool trustworthy = true;
+  bool trustworthy = warnings.empty();
   for (const Identification& id : run.directions) trustworthy &= id.warnings.empty();
   return CountLeftOut(run) == 0 && trustworthy ? kAllDone : kSomeLeftOut;
 }

@@ -5,18 +5,12 @@
 #include <algorithm>
 #include <cmath>
 
+#include "identify/report_diagnosis.h"
 #include "model/closed_form.h"
 #include "reports/text_table.h"
 
 namespace uiclink {
 namespace {
-
-/// "0.0180" with as many digits as two significant ones of its uncertainty need.
-std::string Round(double value, double uncertainty) {
-  if (!(uncertainty > 0) || !std::isfinite(uncertainty)) return fmt::format("{:.5g}", value);
-  const int decimals = static_cast<int>(std::ceil(1 - std::log10(uncertainty)));
-  return fmt::format("{:.{}f}", value, std::clamp(decimals, 0, 9));
-}
 
 std::string FileName(const std::string& path) {
   const std::size_t slash = path.find_last_of('/');
@@ -228,7 +222,8 @@ double CalcExpectedBias(const Identification& identification, const SineFit& sin
 
 std::string FormatReport(const RunResult& run) {
   std::string text = FormatLeftOut(run);
-  for (const Identification& id : run.directions) {
+  for (std::size_t d = 0; d < run.directions.size(); ++d) {
+    const Identification& id = run.directions[d];
     if (id.CountUsed() == 0) continue;
     const auto& used = *std::find_if(id.records.begin(), id.records.end(), [](const auto& r) { return r.used; });
     text +=
@@ -237,6 +232,7 @@ std::string FormatReport(const RunResult& run) {
     text += FormatRecords(id) + "\n" + FormatParameters(id) + "\n" + FormatChoice(id);
     text += FormatSharing(id) + FormatTrust(id) + "\n" + FormatBias(id) + "\n";
     text += fmt::format("  {} model evaluations, {:.2f} s\n\n", id.evaluations, id.wall_s);
+    if (!run.diagnoses.empty()) text += FormatDiagnosis(id, run.diagnoses[d]);
   }
   return text;
 }

@@ -26,17 +26,27 @@ struct RunResult {
 /// Tables and sentences for the terminal.
 std::string FormatReport(const RunResult& run);
 
-/// The diagnosis of one direction: what the plain model gets wrong, why, and what the extended model gains.
+/// The diagnosis of one direction: what the plain model gets wrong, why, and what the extended model gains. At most 110
+/// columns.
 std::string FormatDiagnosis(const Identification& identification, const Diagnosis& diagnosis);
+
+/// What is not trustworthy because a diagnosis left structure unexplained, a line per direction; for standard error.
+std::vector<std::string> FormatDiagnosisWarnings(const RunResult& run);
 
 /// JSON of schema "identify/1".
 std::string FormatJson(const RunResult& run);
 
-/// What the wagon reads: the identified link in both directions, with covariance and provenance.
+/// What the wagon reads: the identified link in both directions, with covariance and provenance. Where causes were
+/// named it is the extended link, with the parameters of the effects that belong to it.
 ParameterSet MakeParameterSet(const RunResult& run);
+/// The plain model's link, whatever was named.
+ParameterSet MakePlainParameterSet(const RunResult& run);
+/// Was a cause named in any direction, so that the two sets differ?
+bool HasCauses(const RunResult& run);
 
-/// Comma-separated values, a line per sample of every used record: file, time_s, measured_mm, modelled_mm, residual_mm.
-/// measured and modelled are readings (the sensor's zero is kept); residual = measured - modelled.
+/// Comma-separated values, a line per sample of every used record: file, time_s, measured_mm, modelled_mm, residual_mm,
+/// and where there is a diagnosis extended_mm, extended_residual_mm (the plain model's where no cause was named).
+/// measured, modelled and extended are readings (the sensor's zero is kept); residual = measured - modelled.
 std::string FormatResiduals(const RunResult& run);
 
 /// Share by which the published frequency method is expected to read k too high, from the closed form, for one arc.

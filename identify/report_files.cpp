@@ -1,9 +1,12 @@
 #include <fmt/core.h>
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <cmath>
 #include <iterator>
+#include <span>
 
+#include "identify/extended_covariance.h"
 #include "identify/report.h"
 
 namespace uiclink {
@@ -29,6 +32,54 @@ DirectionParameters MakeDirection(const Identification& id) {
   return parameters;
 }
 
+/// Effects and their parameters that belong to the link, in the units of the catalogue.
+std::vector<EffectValues> MakeEffects(const ExtendedResult& extended) {
+  std::vector<EffectValues> effects;
+  for (const Effect* effect : extended.extension.effects()) {
+    effects.push_back({.id = std::string(effect->id), .parameters = {}});
+    const Extension::Range range = extended.extension.SharedOf(effect);
+    for (std::size_t i = range.first; i < range.first + range.size; ++i) {
+      const EffectParameter& parameter = extended.extension.shared()[i].Parameter();
+      effects.back().parameters.emplace_back(parameter.symbol,
+                                             FromCoordinate(parameter, extended.outcome.state.shared[i]));
+    }
+  }
+  return effects;
+}
+
+DirectionParameters MakeExtendedDirection(const Identification& id, const ExtendedResult& extended) {
+  DirectionParameters parameters;
+  parameters.k = extended.link.k;
+  for (const Slider<double>& slider : extended.link.sliders()) parameters.sliders.push_back(slider);
+  parameters.effects = MakeEffects(extended);
+  std::vector<FitData> data;
+  for (const std::size_t i : id.UsedIndices()) data.push_back(id.records[i].Data());
+  const ExtendedCovariance joint = CalcExtendedCovariance(data, extended);
+  Covariance covariance{.order = joint.order, .matrix = {}};
+  for (std::size_t i = 0; i < joint.order.size(); ++i) {
+    const auto row = static_cast<Eigen::Index>(i);
+    parameters.std[joint.order[i]] = std::sqrt(joint.matrix(row, row));
+    covariance.matrix.emplace_back();
+    for (std::size_t j = 0; j < joint.order.size(); ++j)
+      covariance.matrix.back().push_back(joint.matrix(row, static_cast<Eigen::Index>(j)));
+  }
+  parameters.covariance = covariance;
+  return parameters;
+}
+
+/// "one joint fit of a.txt, b.txt, with rolling_friction"
+std::string DescribeOrigin(const Identification& id, const ExtendedResult* extended) {
+  const bool shared = extended != nullptr ? extended->sharing == Sharing::kLink : id.shared;
+  std::string files, effects;
+  for (const RecordResult& r : id.records)
+    if (r.used) files += (files.empty() ? "" : ", ") + r.record.file;
+  if (extended != nullptr)
+    for (const Effect* effect : extended->extension.effects())
+      effects += (effects.empty() ? ", with " : ", ") + std::string(effect->id);
+  return fmt::format("uiclink identify {}, {}, {} of {}{}", UICLINK_VERSION, Name(id.direction),
+                     shared ? "one joint fit" : "means over the fits", files, effects);
+}
+
 /// A field of comma-separated values, in quotes where it needs them (RFC 4180).
 std::string CsvField(const std::string& text) {
   if (text.find_first_of(",\"\r\n") == std::string::npos) return text;
@@ -39,45 +90,82 @@ std::string CsvField(const std::string& text) {
 
 }  // namespace
 
-ParameterSet MakeParameterSet(const RunResult& run) {
+namespace {
+
+ParameterSet MakeSet(const RunResult& run, bool with_causes) {
   ParameterSet set;
-  set.name = "identified";
-  for (const Identification& id : run.directions) {
+  set.name = with_causes || !HasCauses(run) ? "identified" : "identified, plain model";
+  for (std::size_t d = 0; d < run.directions.size(); ++d) {
+    const Identification& id = run.directions[d];
     if (id.CountUsed() == 0) continue;
-    (id.direction == Direction::kLateral ? set.lateral : set.longitudinal) = MakeDirection(id);
-    std::string files;
-    for (const RecordResult& r : id.records) {
-      if (!r.used) continue;
-      files += (files.empty() ? "" : ", ") + r.record.file;
-      set.load_N = r.record.mass_kg * r.record.g;
-      set.g = r.record.g;
-    }
+    const bool has_causes = with_causes && !run.diagnoses.empty() && run.diagnoses[d].HasCauses();
+    const ExtendedResult* extended = has_causes ? &run.diagnoses[d].extended : nullptr;
+    (id.direction == Direction::kLateral ? set.lateral : set.longitudinal) =
+        extended != nullptr ? MakeExtendedDirection(id, *extended) : MakeDirection(id);
+    const RecordResult& last = id.records[id.UsedIndices().back()];
+    set.load_N = last.record.mass_kg * last.record.g;
+    set.g = last.record.g;
     if (!set.source.empty()) set.source += "; ";
-    set.source += fmt::format("uiclink identify {}, {}, {} of {}", UICLINK_VERSION, Name(id.direction),
-                              id.shared ? "one joint fit" : "means over the fits", files);
+    set.source += DescribeOrigin(id, extended);
   }
   return set;
 }
 
+}  // namespace
+
+bool HasCauses(const RunResult& run) {
+  return std::any_of(run.diagnoses.begin(), run.diagnoses.end(), [](const Diagnosis& d) { return d.HasCauses(); });
+}
+
+ParameterSet MakeParameterSet(const RunResult& run) { return MakeSet(run, /*with_causes=*/true); }
+ParameterSet MakePlainParameterSet(const RunResult& run) { return MakeSet(run, /*with_causes=*/false); }
+
+namespace {
+
+/// Of the plain model, model - reading [m].
+std::vector<double> CalcPlainResiduals(const RecordResult& r) {
+  Levels levels;
+  Shape shape;
+  FromOscillator(r.link, &levels, &shape);
+  return CalcResiduals(r.Data(), levels, shape, r.start);
+}
+
+/// Lines of one record; `extended` (model - reading [m]) is empty where there is no diagnosis.
+void AddResiduals(const RecordResult& r, std::span<const double> extended, fmt::memory_buffer* text) {
+  const FitData data = r.Data();
+  const std::string file = CsvField(r.record.file);
+  const std::vector<double> model_minus_reading = CalcPlainResiduals(r);
+  for (std::size_t i = 0; i < data.size; ++i) {
+    const double reading = 1e3 * r.record.y[data.first + i];
+    const double residual = -1e3 * model_minus_reading[i];
+    fmt::format_to(std::back_inserter(*text), "{},{:.9g},{:.5f},{:.5f},{:.5f}", file, r.record.t[data.first + i],
+                   reading, reading - residual, residual);
+    if (!extended.empty())
+      fmt::format_to(std::back_inserter(*text), ",{:.5f},{:.5f}", reading + 1e3 * extended[i], -1e3 * extended[i]);
+    text->push_back('\n');
+  }
+}
+
+}  // namespace
+
 std::string FormatResiduals(const RunResult& run) {
   fmt::memory_buffer text;
-  fmt::format_to(std::back_inserter(text), "file,time_s,measured_mm,modelled_mm,residual_mm\n");
-  for (const Identification& id : run.directions)
+  fmt::format_to(std::back_inserter(text), "file,time_s,measured_mm,modelled_mm,residual_mm{}\n",
+                 run.diagnoses.empty() ? "" : ",extended_mm,extended_residual_mm");
+  for (std::size_t d = 0; d < run.directions.size(); ++d) {
+    const Identification& id = run.directions[d];
+    std::size_t used = 0;
     for (const RecordResult& r : id.records) {
       if (!r.used) continue;
-      Levels levels;
-      Shape shape;
-      FromOscillator(r.link, &levels, &shape);
-      const FitData data = r.Data();
-      const std::string file = CsvField(r.record.file);
-      const std::vector<double> model_minus_reading = CalcResiduals(data, levels, shape, r.start);
-      for (std::size_t i = 0; i < data.size; ++i) {
-        const double reading = 1e3 * r.record.y[data.first + i];
-        const double residual = -1e3 * model_minus_reading[i];
-        fmt::format_to(std::back_inserter(text), "{},{:.9g},{:.5f},{:.5f},{:.5f}\n", file, r.record.t[data.first + i],
-                       reading, reading - residual, residual);
-      }
+      std::vector<double> extended;
+      if (!run.diagnoses.empty())
+        extended = run.diagnoses[d].HasCauses() ? CalcExtendedResiduals(r.Data(), run.diagnoses[d].extended.extension,
+                                                                        run.diagnoses[d].extended.outcome.state, used)
+                                                : CalcPlainResiduals(r);
+      AddResiduals(r, extended, &text);
+      ++used;
     }
+  }
   return fmt::to_string(text);
 }
 

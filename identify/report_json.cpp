@@ -1,12 +1,11 @@
+#include "identify/report_json.h"
+
 #include <cmath>
 #include <nlohmann/json.hpp>
 
 #include "identify/report.h"
 
 namespace uiclink {
-namespace {
-
-using Json = nlohmann::ordered_json;
 
 Json OrNull(double value) { return std::isfinite(value) ? Json(value) : Json(nullptr); }
 
@@ -20,6 +19,8 @@ Json ToJson(const Estimate& estimate) {
   if (estimate.spread > 0) json["spread"] = estimate.spread;
   return json;
 }
+
+namespace {
 
 Json ToJson(const Population& population) {
   return {{"value", OrNull(population.mean)}, {"spread", OrNull(population.spread)}};
@@ -104,82 +105,6 @@ Json FitToJson(const Identification& id) {
   }
   if (!id.warnings.empty()) json["warnings"] = id.warnings;
   return json;
-}
-
-Json ToJson(const EffectEstimate& estimate) {
-  Json json = ToJson(static_cast<const Estimate&>(estimate));
-  json["unit"] = estimate.unit;
-  if (estimate.at_bound) json["at_bound"] = true;
-  return json;
-}
-
-Json ToJson(const std::vector<EffectEstimate>& estimates) {
-  Json json = Json::object();
-  for (const EffectEstimate& estimate : estimates) json[estimate.symbol] = ToJson(estimate);
-  return json;
-}
-
-Json ToJson(const Candidate& candidate) {
-  Json json = {{"effect", candidate.effect->id},
-               {"score", OrNull(candidate.score)},
-               {"visibility", OrNull(candidate.visibility)},
-               {"collinearity", OrNull(candidate.collinearity)},
-               {"most_alike", candidate.most_alike != nullptr ? Json(candidate.most_alike->id) : Json(nullptr)},
-               {"refitted", candidate.refitted},
-               {"statistic", OrNull(candidate.statistic)},
-               {"unknowns", candidate.unknowns},
-               {"p_value", candidate.p_value},
-               {"delta_bic", OrNull(candidate.delta_bic)},
-               {"rms_over_noise", OrNull(candidate.rms_over_noise)},
-               {"parameters", ToJson(candidate.parameters)}};
-  if (!candidate.inadmissible.empty()) json["inadmissible"] = candidate.inadmissible;
-  return json;
-}
-
-Json ToJson(const Cause& cause) {
-  Json rivals = Json::array();
-  for (const Effect* rival : cause.rivals) rivals.push_back(rival->id);
-  return {{"effect", cause.effect->id},
-          {"parameters", ToJson(cause.parameters)},
-          {"p_value", cause.p_value},
-          {"delta_bic", OrNull(cause.delta_bic)},
-          {"rms_before_mm", 1e3 * cause.rms_before},
-          {"rms_after_mm", 1e3 * cause.rms_after},
-          {"held_out_gain", cause.held_out.known ? OrNull(cause.held_out.Gain()) : Json(nullptr)},
-          {"held_out_by", cause.held_out.by_time ? "time" : "record"},
-          {"rivals", rivals}};
-}
-
-Json DiagnosisToJson(const Identification& id, const Diagnosis& diagnosis) {
-  Json json = {{"verdict", Name(diagnosis.verdict)}};
-  json["causes"] = Json::array();
-  for (const Cause& cause : diagnosis.causes) json["causes"].push_back(ToJson(cause));
-  json["candidates"] = Json::array();
-  for (const Candidate& candidate : diagnosis.candidates) json["candidates"].push_back(ToJson(candidate));
-  Json shifts = Json::object(), in_std = Json::object();
-  for (const ParameterShift& shift : CalcParameterShifts(id, diagnosis)) {
-    shifts[shift.symbol] = OrNull(shift.shift);
-    in_std[shift.symbol] = OrNull(shift.in_std);
-  }
-  json["parameter_shift"] = shifts;
-  json["parameter_shift_in_std"] = in_std;
-  json["rms_over_noise"] = OrNull(diagnosis.extended.structure.RmsOverNoise());
-  if (!diagnosis.notices.empty()) json["notices"] = diagnosis.notices;
-  json["evaluations"] = diagnosis.evaluations;
-  json["wall_s"] = diagnosis.wall_s;
-  return json;
-}
-
-Json ExtendedToJson(const Identification& id, const ExtendedResult& extended) {
-  Json parameters;
-  for (std::size_t q = 0; q < extended.quantities.size(); ++q)
-    parameters[QuantityName(id.sliders, static_cast<int>(q))] = ToJson(extended.quantities[q]);
-  for (const EffectEstimate& e : extended.effects) parameters[std::string(e.effect->id) + "." + e.symbol] = ToJson(e);
-  return {{"shared", extended.sharing == Sharing::kLink},
-          {"parameters", parameters},
-          {"rms_mm", 1e3 * extended.structure.rms},
-          {"noise_mm", 1e3 * extended.structure.noise},
-          {"rms_over_noise", OrNull(extended.structure.RmsOverNoise())}};
 }
 
 Json DirectionToJson(const Identification& id, const Diagnosis* diagnosis) {

@@ -21,8 +21,10 @@ std::vector<std::string> With(std::vector<std::string> words, const std::vector<
 
 /// The result without what depends on the machine.
 Json WithoutTimes(Json json) {
-  json["fit"].erase("wall_s");
-  for (Json& direction : json["directions"]) direction["fit"].erase("wall_s");
+  for (const char* part : {"fit", "diagnosis"}) {
+    json[part].erase("wall_s");
+    for (Json& direction : json["directions"]) direction[part].erase("wall_s");
+  }
   return json;
 }
 
@@ -47,8 +49,9 @@ TEST_F(IdentifyProgram, HelpHasExamplesAndExitCodes) {
        {"Examples:\n", "  identify measurements/lateral_*.txt\n", "identify compare data/parameter_sets/set1.toml",
         "Exit codes: 0 all done; 1 done, but something was left out or is not trustworthy; 2 nothing could be done."})
     EXPECT_NE(result.out.find(part), std::string::npos) << part;
-  for (const char* option : {"--out", "--json", "--quiet", "--direction", "--mass", "--g ", "--rate", "--column",
-                             "--unit", "--sliders", "--cutoff", "--starts", "--seed", "--threads", "--version"})
+  for (const char* option :
+       {"--out", "--json", "--quiet", "--direction", "--mass", "--g ", "--rate", "--column", "--unit", "--sliders",
+        "--cutoff", "--starts", "--seed", "--threads", "--no-diagnosis", "--version"})
     EXPECT_NE(result.out.find(option), std::string::npos) << option;
 }
 
@@ -100,7 +103,7 @@ TEST_F(IdentifyProgram, JsonHasTheKeysOfItsSchemaAndNoneThatAreNotComputed) {
   const Json json = Json::parse(result.out);  // throws unless JSON is all there is
   EXPECT_EQ(json["schema"], "identify/1");
   EXPECT_EQ(json["direction"], "lateral");
-  for (const char* later : {"diagnosis", "extended_fit", "wagon"}) EXPECT_FALSE(json.contains(later)) << later;
+  EXPECT_FALSE(json.contains("wagon"));
 
   ASSERT_EQ(json["records"].size(), 3u);
   for (std::size_t i = 0; i < 3; ++i) {
@@ -139,12 +142,16 @@ TEST_F(IdentifyProgram, QuietPrintsNothingAndWritesEverything) {
   const ProgramResult result = Run(With(CopyMeasurements("lateral", 1), {"--quiet"}));
   EXPECT_EQ(result.out, "");
   EXPECT_EQ(result.err, "");
-  for (const char* file : {"out/parameters.toml", "out/result.json", "out/residuals.csv"}) EXPECT_TRUE(Exists(file));
+  for (const char* file : {"out/parameters.toml", "out/parameters_plain.toml", "out/result.json", "out/residuals.csv"})
+    EXPECT_TRUE(Exists(file));
 }
 
 TEST_F(IdentifyProgram, OutNamesTheFolderOfTheResults) {
   const ProgramResult result = Run(With(CopyMeasurements("lateral", 1), {"--out", "a/b"}));
-  EXPECT_TRUE(result.out.ends_with("Written: a/b/parameters.toml a/b/result.json a/b/residuals.csv\n")) << result.out;
+  EXPECT_TRUE(
+      result.out.ends_with("Written: a/b/parameters.toml a/b/parameters_plain.toml a/b/result.json "
+                           "a/b/residuals.csv\n"))
+      << result.out;
   EXPECT_TRUE(Exists("a/b/parameters.toml"));
   EXPECT_FALSE(Exists("out"));
 }
@@ -174,7 +181,7 @@ TEST_F(IdentifyProgram, BothDirectionsInOneCall) {
 }
 
 TEST_F(IdentifyProgram, ParametersReadBackAsInTheJson) {
-  Run(With(CopyMeasurements("lateral", 2), {"--starts", "0"}));
+  Run(With(CopyMeasurements("lateral", 2), {"--starts", "0", "--no-diagnosis"}));
   const ParameterSet set = ReadParameterSet(Folder() / "out/parameters.toml");
   const Json parameters = ReadJson("out/result.json")["fit"]["parameters"];
   ASSERT_TRUE(set.lateral);
@@ -198,7 +205,7 @@ TEST_F(IdentifyProgram, ParametersReadBackAsInTheJson) {
 
 TEST_F(IdentifyProgram, ResidualsAreMeasuredMinusModelled) {
   const std::vector<std::string> records = CopyMeasurements("lateral", 2);
-  Run(With(records, {"--starts", "0"}));
+  Run(With(records, {"--starts", "0", "--no-diagnosis"}));
   const Json json = ReadJson("out/result.json");
   std::istringstream csv(Read("out/residuals.csv"));
   std::string line;

@@ -116,27 +116,92 @@ TEST_F(IdentifyCompare, ASetOfAnotherGravityMovesTheSame) {
   EXPECT_NEAR(a / b, 1, 1e-6);  // both stop when the sum of squares falls by less than 1e-9
 }
 
-TEST_F(IdentifyCompare, EffectsAreNamedAndNotSimulated) {
-  Write("lateral.txt", PlainDecay{}.Text());
+// An effect of no size changes nothing: the simulated cycles and fits are those of the closed form.
+TEST_F(IdentifyCompare, AnEffectOfNoSizeIsThePlainModel) {
+  const PlainDecay decay;
+  Write("lateral.txt", decay.Text());
+  WriteSet("plain.toml", "plain", decay.k, decay.k1, decay.T0);
+  WriteSet("extended.toml", "extended", decay.k, decay.k1, decay.T0, 9.82,
+           "effects = [ { id = \"viscous_damping\", c = 0.0 } ]\n");
+  const ProgramResult result =
+      Run({"compare", "plain.toml", "extended.toml", "--records", "lateral.txt", "--json", "-"});
+  EXPECT_EQ(result.exit_code, 0) << result.err;
+  const Json lateral = Json::parse(result.out)["directions"][0];
+  const Json& results = lateral["records"][0]["results"];
+  // Both fits stop when the sum of squares falls by less than 1e-9.
+  EXPECT_NEAR(results[1]["rms_mm"].get<double>() / results[0]["rms_mm"].get<double>(), 1, 1e-6);
+  for (const Json& point : lateral["points"]) {
+    const Json &f = point["frequency_hz"]["sets"], &loss = point["loss_per_half_cycle_mm"]["sets"];
+    // Between simulated cycles, which lie about half a millimetre apart, by straight lines.
+    EXPECT_NEAR(f[1].get<double>() / f[0].get<double>(), 1, 2e-3) << point;
+    EXPECT_NEAR(loss[1], loss[0], 0.03) << point;
+  }
+  for (const Json& point : lateral["backbone"]) {
+    EXPECT_NEAR(point["frequency_hz"][1], point["frequency_hz"][0], 1e-9) << point;  // turning points to 1e-12 periods
+    EXPECT_EQ(point["energy_per_cycle_mm"][1], point["energy_per_cycle_mm"][0]) << point;
+  }
+  EXPECT_EQ(lateral["parameters"][1]["effects"], Json::parse(R"([{"id": "viscous_damping", "c": 0.0}])"));
+}
+
+// W = pi c w A^2 beside the sliders' loss.
+TEST_F(IdentifyCompare, LossOfAnEffectAddsToThatOfTheSliders) {
+  const PlainDecay decay;
+  WriteSet("plain.toml", "plain", decay.k, decay.k1, decay.T0);
+  WriteSet("extended.toml", "extended", decay.k, decay.k1, decay.T0, 9.82,
+           "effects = [ { id = \"viscous_damping\", c = 0.012 } ]\n");
+  const ProgramResult result = Run({"compare", "plain.toml", "extended.toml", "--json", "-"});
+  EXPECT_EQ(result.exit_code, 0) << result.err;
+  for (const Json& point : Json::parse(result.out)["directions"][0]["backbone"]) {
+    const double A = point["amplitude_mm"], f = point["frequency_hz"][1];
+    const Json& energy = point["energy_per_cycle_mm"];
+    const double damping = std::numbers::pi * 0.012 * 2 * std::numbers::pi * f * 1e-3 * A * A;
+    EXPECT_NEAR(energy[1], energy[0].get<double>() + damping, 1e-9) << point;  // digits of the JSON
+  }
+}
+
+TEST_F(IdentifyCompare, EffectsStandAmongTheParameters) {
   WriteSet("plain.toml", "plain", 3.41, 2.21, 0.018);
   WriteSet("extended.toml", "extended", 3.41, 2.21, 0.018, 9.82,
-           "effects = [ { id = \"viscous_damping\", c = 0.012 } ]\n");
-  const std::string message =
-      "extended.toml: expected the plain model, found effects (viscous_damping): this version does not simulate them, "
-      "so "
-      "the lateral parameters are listed only\n";
-  const ProgramResult result = Run({"compare", "plain.toml", "extended.toml", "--records", "lateral.txt"});
-  EXPECT_EQ(result.exit_code, 1);
-  EXPECT_EQ(result.err, message);
-  EXPECT_NE(result.out.find("  " + message), std::string::npos) << result.out;
-  EXPECT_EQ(result.out.find("does best"), std::string::npos) << "one set alone is not the best of any";
-  const Json json =
-      Json::parse(Run({"compare", "plain.toml", "extended.toml", "--records", "lateral.txt", "--json", "-"}).out);
-  const Json& lateral = json["directions"][0];
-  EXPECT_TRUE(lateral["records"][0]["results"][1].is_null());
-  EXPECT_TRUE(lateral["points"][0]["frequency_hz"]["sets"][1].is_null());
-  EXPECT_EQ(lateral["parameters"][1]["effects"], Json::parse(R"([{"id": "viscous_damping", "c": 0.012}])"));
+           "effects = [ { id = \"viscous_damping\", c = 0.012 }, { id = \"sensor_drift\" } ]\n");
+  const ProgramResult result = Run({"compare", "plain.toml", "extended.toml"});
+  EXPECT_EQ(result.exit_code, 0) << result.err;
+  EXPECT_NE(result.out.find("\n  viscous_damping.c  s/m       -     0.012\n"), std::string::npos) << result.out;
+  EXPECT_NE(result.out.find("\n  sensor_drift                 -       yes\n"), std::string::npos) << result.out;
 }
+
+/// Effects of a set that make no sense, and the message.
+struct WrongEffect {
+  const char *name, *effect, *message;
+};
+
+void PrintTo(const WrongEffect& wrong, std::ostream* out) { *out << wrong.name; }
+
+class EveryWrongEffect : public IdentifyCompare, public testing::WithParamInterface<WrongEffect> {};
+
+TEST_P(EveryWrongEffect, EndsTheRunWithFileAndReason) {
+  WriteSet("plain.toml", "plain", 3.41, 2.21, 0.018);
+  WriteSet("wrong.toml", "wrong", 3.41, 2.21, 0.018, 9.82, fmt::format("effects = [ {{ {} }} ]\n", GetParam().effect));
+  const ProgramResult result = Run({"compare", "plain.toml", "wrong.toml"});
+  EXPECT_EQ(result.exit_code, 2);
+  EXPECT_EQ(result.out, "");
+  EXPECT_EQ(result.err, fmt::format("wrong.toml: [lateral] effects: {}\n", GetParam().message));
+}
+
+INSTANTIATE_TEST_SUITE_P(
+    Sets, EveryWrongEffect,
+    testing::Values(
+        WrongEffect{"unknown_effect", "id = \"viscous_dampng\", c = 0.012",
+                    "expected an effect of the catalogue (see identify effects), found \"viscous_dampng\""},
+        WrongEffect{"unknown_parameter", "id = \"viscous_damping\", d = 0.012",
+                    "viscous_damping: expected parameters among c, found \"d\""},
+        WrongEffect{"missing_parameter", "id = \"viscous_damping\"",
+                    "viscous_damping: expected a value of c [s/m], found none"},
+        WrongEffect{"beyond_its_bounds", "id = \"viscous_damping\", c = -0.1",
+                    "viscous_damping: expected c from 0 to 0.3 s/m, found -0.1"},
+        WrongEffect{"of_a_record", "id = \"sensor_drift\", rate = 1e-5",
+                    "sensor_drift: expected parameters among none, found rate, which belongs to a record and not to a "
+                    "link"}),
+    [](const auto& wrong) { return std::string(wrong.param.name); });
 
 TEST_F(IdentifyCompare, FiveSlidersAreListedOnly) {
   Write("five.toml",

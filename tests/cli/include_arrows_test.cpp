@@ -46,7 +46,7 @@ const std::vector<Room>& Rooms() {
        {"sundials", "ceres", "json", "fmt", "cli11", "posix"}},
       {"identify",
        {"data", "reports", "model"},
-       {"eigen"},
+       {"eigen", "json_fwd"},
        {"ceres", "ceres/jet", "eigen", "matio", "json", "fmt", "cli11", "posix"},
        {{"validate.*", {"vehicle"}}, {R"((digitise|track).*\.cpp)", {"opencv"}}}},
       {"measurements/rig", {}, {}, {"toml++", "json", "fmt", "cli11", "posix"}},
@@ -64,6 +64,7 @@ std::string LibraryOf(const std::string& header) {
       {"CLI/.*", "cli11"},
       {"fmt/.*", "fmt"},
       {R"(matio\.h|H5\w+\.h)", "matio"},  // HDF5 reads what matio offers, and prints its errors unless told not to
+      {R"(nlohmann/json_fwd\.hpp)", "json_fwd"},  // names only
       {"nlohmann/.*", "json"},
       {"opencv2/.*", "opencv"},
       {"(arkode|cvode|cvodes|kinsol|nvector|sundials|sunlinsol|sunmatrix|sunnonlinsol)/.*", "sundials"},

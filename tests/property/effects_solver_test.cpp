@@ -25,8 +25,8 @@ TEST_P(EffectSolver, ClosedFormsAreTheIntegratedMotion) {
       const double difference =
           MaxDifference(Displacements(extended, kStart),
                         Displacements(extended, kStart, {.tolerance = 1e-12, .always_integrate = true}));
-      // A step's error of 1e-12 of the start, some 3000 steps, and what the link makes of it: a hundredth of the default's.
-      // Motions without closed form differ by the error of the default instead.
+      // A step's error of 1e-12 of the start, some 3000 steps, and what the link makes of it: a hundredth of the
+      // default's. Motions without closed form differ by the error of the default instead.
       EXPECT_LT(difference, IsIntegrated(extended) ? 1e-9 : 1e-10) << link.name << ", size " << share;
       worst = std::max(worst, difference);
     }

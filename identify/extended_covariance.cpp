@@ -1,0 +1,121 @@
+#include "identify/extended_covariance.h"
+
+#include <Eigen/Eigenvalues>
+#include <algorithm>
+#include <cmath>
+
+#include "identify/screen.h"
+#include "model/parameter_set.h"
+
+namespace uiclink {
+namespace {
+
+constexpr double kRounding = 1e-12;  // eigenvalues below are directions that the data do not see
+constexpr double kMostCorrelated = 1 - 1e-12;
+
+/// Inverse of J'J, unknowns scaled to a like size first; directions without information get nothing.
+Eigen::MatrixXd Invert(const Eigen::MatrixXd& gram) {
+  Eigen::VectorXd scale = gram.diagonal().cwiseMax(0).cwiseSqrt();
+  for (double& s : scale) s = s > 0 ? 1 / s : 0;
+  const Eigen::MatrixXd scaled = scale.asDiagonal() * gram * scale.asDiagonal();
+  const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> eigen(scaled);
+  Eigen::VectorXd inverse = eigen.eigenvalues();
+  for (double& value : inverse) value = value > kRounding ? 1 / value : 0;
+  const Eigen::MatrixXd vectors = scale.asDiagonal() * eigen.eigenvectors();
+  return vectors * inverse.asDiagonal() * vectors.transpose();
+}
+
+/// d value / d coordinate.
+double CalcSlope(const EffectParameter& parameter, double coordinate) {
+  switch (parameter.coordinate) {
+    case Coordinate::kLog:
+      return std::exp(coordinate);
+    case Coordinate::kInverseSquare:
+      return -0.5 * std::pow(coordinate, -1.5);
+    case Coordinate::kLinear:
+      break;
+  }
+  return 1;
+}
+
+/// One natural parameter: its name, its stated standard deviation, its derivatives by all unknowns.
+struct Row {
+  std::string symbol;
+  double std = 0;
+  Eigen::RowVectorXd derivatives;
+};
+
+/// Parameters of the link: the shared one, or means over the records.
+void AddLinkRows(std::span<const FitData> data, const ExtendedResult& result, const UnknownMap& map,
+                 std::vector<Row>* rows) {
+  const ExtendedState& state = result.outcome.state;
+  const int n = CountSliders(state.link.shape);
+  const std::vector<std::string> symbols = ParameterSymbols(n);
+  const std::size_t links = result.sharing == Sharing::kLink ? 1 : data.size();
+  for (int q = 0; q < 2 * n + 1; ++q) {
+    const auto index = static_cast<std::size_t>(q);
+    Row row{.symbol = symbols[index],
+            .std = result.quantities[index].std,
+            .derivatives = Eigen::RowVectorXd::Zero(map.size())};
+    for (std::size_t r = 0; r < links; ++r) {
+      const Oscillator<double> link = ToOscillator(state.link.LevelsOf(r), state.link.shape, data[r].g);
+      const Eigen::RowVectorXd gradient = CalcLogGradient(link, q);
+      const std::vector<Eigen::Index> columns = map.Columns(r);
+      for (Eigen::Index i = 0; i < gradient.size(); ++i)
+        row.derivatives(columns[static_cast<std::size_t>(i)]) += gradient(i) / static_cast<double>(links);
+    }
+    row.derivatives *= result.quantities[index].value;
+    rows->push_back(std::move(row));
+  }
+}
+
+void AddEffectRows(const ExtendedResult& result, const UnknownMap& map, std::vector<Row>* rows) {
+  const ExtendedState& state = result.outcome.state;
+  const std::span<const Extension::Unknown> shared = result.extension.shared();
+  const std::size_t first = 3 + state.link.shape.size() + 3;  // levels, shape, start
+  const std::vector<Eigen::Index> columns = map.Columns(0);
+  for (std::size_t i = 0; i < shared.size(); ++i) {
+    const EffectParameter& parameter = shared[i].Parameter();
+    const auto told = std::find_if(result.effects.begin(), result.effects.end(), [&](const EffectEstimate& e) {
+      return e.effect == shared[i].effect && e.symbol == parameter.symbol;
+    });
+    if (told == result.effects.end()) continue;
+    Row row{.symbol = std::string(shared[i].effect->id) + "." + std::string(parameter.symbol),
+            .std = told->std,
+            .derivatives = Eigen::RowVectorXd::Zero(map.size())};
+    row.derivatives(columns[first + i]) = CalcSlope(parameter, state.shared[i]);
+    rows->push_back(std::move(row));
+  }
+}
+
+}  // namespace
+
+ExtendedCovariance CalcExtendedCovariance(std::span<const FitData> data, const ExtendedResult& result) {
+  const UnknownMap map(result.extension, result.sharing, CountSliders(result.outcome.state.link.shape), data.size());
+  std::vector<Row> rows;
+  AddLinkRows(data, result, map, &rows);
+  AddEffectRows(result, map, &rows);
+  std::erase_if(rows, [](const Row& row) { return !std::isfinite(row.std) || !row.derivatives.allFinite(); });
+  const auto n = static_cast<Eigen::Index>(rows.size());
+  Eigen::MatrixXd derivatives(n, map.size());
+  ExtendedCovariance covariance;
+  for (Eigen::Index i = 0; i < n; ++i) {
+    derivatives.row(i) = rows[static_cast<std::size_t>(i)].derivatives;
+    covariance.order.push_back(rows[static_cast<std::size_t>(i)].symbol);
+  }
+  const Normal normal = CalcNormal(data, result.sharing, result.extension, result.outcome.state, 1);
+  const Eigen::MatrixXd linear = derivatives * Invert(normal.gram) * derivatives.transpose();
+  covariance.matrix = Eigen::MatrixXd::Zero(n, n);
+  for (Eigen::Index i = 0; i < n; ++i)
+    for (Eigen::Index j = 0; j <= i; ++j) {
+      const double scale = std::sqrt(linear(i, i) * linear(j, j));
+      const double correlation = i == j      ? 1
+                                 : scale > 0 ? std::clamp(linear(i, j) / scale, -kMostCorrelated, kMostCorrelated)
+                                             : 0;
+      const double std_i = rows[static_cast<std::size_t>(i)].std, std_j = rows[static_cast<std::size_t>(j)].std;
+      covariance.matrix(i, j) = covariance.matrix(j, i) = correlation * std_i * std_j;
+    }
+  return covariance;
+}
+
+}  // namespace uiclink
