@@ -55,7 +55,7 @@ class ExtendedInputs {
                        .sigma = sigma,
                        .quantum = record.noise.quantum,
                        .offset = state.link.starts[r][2],
-                       .link = ToOscillator(state.link.LevelsOf(r), state.link.shape, data.g),
+                       .link = ToOscillator(state.link.LevelsOf(r), state.link.ShapeOf(r), data.g),
                        .sine = record.sine ? &*record.sine : nullptr,
                        .own = &held->own,
                        .common = held->common.cols() > 0 ? &held->common : nullptr});
@@ -73,7 +73,7 @@ class ExtendedInputs {
       for (Eigen::Index i = 0; i < size; ++i) list->push_back(first + i);
     };
     add(0, kLevels, one_link ? &of_all : &of_record);
-    add(kLevels, shape, &of_all);
+    add(kLevels, shape, extended.outcome.state.link.shapes.empty() ? &of_all : &of_record);
     add(kLevels + shape, kStart, &of_record);
     add(kLevels + shape + kStart, shared, &of_all);
     add(kLevels + shape + kStart + shared, own, &of_record);
@@ -122,14 +122,15 @@ MissingForce FindForceLeft(const Identification& plain, const Diagnosis& diagnos
     const FitData data = record.Data();
     const bool extended = diagnosis.HasCauses();
     const Start& start = extended ? state.link.starts[r] : record.start;
-    inputs.push_back({.record = extended ? &freed[r] : &record.record,
-                      .first = data.first,
-                      .size = data.size,
-                      .sigma = extended ? diagnosis.extended.structure.noise_of_record[r] : data.sigma,
-                      .offset = start[2],
-                      .link = extended ? ToOscillator(state.link.LevelsOf(r), state.link.shape, data.g) : record.link,
-                      .y0 = start[0],
-                      .t0 = start[1]});
+    inputs.push_back(
+        {.record = extended ? &freed[r] : &record.record,
+         .first = data.first,
+         .size = data.size,
+         .sigma = extended ? diagnosis.extended.structure.noise_of_record[r] : data.sigma,
+         .offset = start[2],
+         .link = extended ? ToOscillator(state.link.LevelsOf(r), state.link.ShapeOf(r), data.g) : record.link,
+         .y0 = start[0],
+         .t0 = start[1]});
   }
   return FindMissingForce(inputs);
 }

@@ -36,6 +36,7 @@ FitState CollectState(const Identification& plain, Sharing sharing) {
     Shape shape;
     FromOscillator(record.link, &levels, &shape);
     if (sharing == Sharing::kShape) state.levels.push_back(levels);
+    if (sharing == Sharing::kShape && plain.sliders > 1) state.shapes.push_back(shape);
     state.starts.push_back(record.start);
   }
   return state;
@@ -70,7 +71,7 @@ class Diagnoser {
   Diagnosis Run() {
     const Step start = FitPlain();
     result_.plain = Describe(data_, sharing_, start.extension, start.outcome);
-    Step final = GoForward(start, kMostCauses);
+    Step final = GoForward(start, plain_.sliders == 1 ? kMostCauses : 2);
     DropUnneeded(&final);
     // With several sliders a model has so much freedom that another pair would hardly be told from this one.
     const bool doubtful = final.extension.effects().size() == kMostCauses || IsStructured(final);
@@ -175,7 +176,8 @@ class Diagnoser {
       const bool first = now.extension.empty() && singles_.empty();
       if (first) ReportCandidates(now, fits, best);
       const bool found = best.fit != nullptr;
-      if (found) now = {.extension = best.fit->extension, .outcome = best.fit->outcome};
+      if (found)
+        now = {.extension = best.fit->extension, .outcome = search_.Settle(best.fit->extension, best.fit->outcome)};
       if (first) singles_ = std::move(fits);
       if (!found) break;
     }
@@ -298,7 +300,7 @@ class Diagnoser {
 
   /// One link for all after all? Tested with the causes in the model, which the plain test could not do.
   void TestSharingAgain(Step* final) {
-    if (sharing_ == Sharing::kLink || data_.size() < 2) return;
+    if (sharing_ == Sharing::kLink || data_.size() < 2 || plain_.sliders > 1) return;
     ExtendedState state = final->outcome.state;
     Levels mean{};
     for (const Levels& levels : state.link.levels)
@@ -387,6 +389,7 @@ class Diagnoser {
       if (other == effect || final.extension.Has(other) || !fault.empty()) return;
       if (Penalise(chi2, CountUnknowns(other), size) < best + kRivalBic) rivals.push_back(other);
     };
+    if (!without.extension.empty() && plain_.sliders > 1) return rivals;  // would take as long as all the rest
     const std::vector<EffectFit> fits = without.extension.empty() ? singles_ : TryAll(without);
     for (const EffectFit& fit : fits) {
       if (!fit.refitted || fit.effect == effect) continue;

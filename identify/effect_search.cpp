@@ -9,6 +9,7 @@
 #include <numeric>
 
 #include "identify/parallel.h"
+#include "identify/record_fit.h"
 #include "identify/start_values.h"
 
 namespace uiclink {
@@ -195,6 +196,38 @@ ExtendedOutcome EffectSearch::Refit(const Extension& extension, const ExtendedSt
 
 namespace {
 
+/// The state of one record of several, taken by itself, with the link of `donor`.
+ExtendedState TakeRecord(const ExtendedState& all, std::size_t record, std::size_t donor) {
+  ExtendedState one;
+  one.shared = all.shared;
+  one.own = {all.own[record]};
+  one.link.shape = all.link.shape;
+  one.link.levels = {all.link.levels[donor]};
+  one.link.shapes = {all.link.shapes[donor]};
+  one.link.starts = {all.link.starts[record]};
+  return one;
+}
+
+void PutRecord(const ExtendedState& one, std::size_t record, ExtendedState* all) {
+  all->link.levels[record] = one.link.levels[0];
+  all->link.shapes[record] = one.link.shapes[0];
+  all->link.starts[record] = one.link.starts[0];
+  all->own[record] = one.own[0];
+}
+
+void SortOwnSliders(ExtendedState* state) {
+  for (std::size_t r = 0; r < state->link.shapes.size(); ++r) {
+    FitState one{.levels = {state->link.levels[r]}, .shape = state->link.shapes[r], .starts = {}};
+    SortSliders(&one);
+    state->link.levels[r] = one.levels[0];
+    state->link.shapes[r] = one.shape;
+  }
+}
+
+}  // namespace
+
+namespace {
+
 /// The trial of one effect: screen, quick refits from many starts, the best of them to the end.
 class Trial {
  public:
@@ -204,7 +237,8 @@ class Trial {
     fit_.effect = effect;
     fit_.extension = current.With(effect);
     neutral_ = Convert(current, now.state, fit_.extension);
-    sizes_ = FindSizes(fit_.extension, effect, UnknownMap(fit_.extension, sharing, sliders_, data.size()),
+    sizes_ = FindSizes(fit_.extension, effect,
+                       UnknownMap(fit_.extension, sharing, sliders_, data.size(), !now.state.link.shapes.empty()),
                        2 * sliders_ + 1, data.size());
     fit_.unknowns =
         static_cast<int>(fit_.extension.SharedOf(effect).size + fit_.extension.OwnOf(effect).size * data.size());
@@ -228,9 +262,9 @@ class Trial {
 
   /// The best quick refit to the end, or as it is where it is far behind the best of all effects.
   void Finish(double best_of_all) {
-    constexpr double kFarBehind = 25;
+    const double far_behind = sliders_ == 1 ? 25 : 2;  // fits of several sliders take long
     if (!found_) return;
-    const int iterations = chi2() > kFarBehind * best_of_all ? 0 : 60;
+    const int iterations = chi2() > far_behind * best_of_all ? 0 : 60;
     fit_.outcome = FitExtended(data_, sharing_, fit_.extension, best_.state, {.max_iterations = iterations});
     fit_.outcome.evaluations += evaluations_;
     fit_.refitted = std::isfinite(fit_.outcome.chi2);
@@ -279,7 +313,7 @@ class Trial {
 
   /// What the effect would change in the readings by the linear screen, less what the link and the starts absorb.
   void FindCorrection() {
-    const UnknownMap map(fit_.extension, sharing_, sliders_, data_.size());
+    const UnknownMap map(fit_.extension, sharing_, sliders_, data_.size(), !now_.state.link.shapes.empty());
     const ExtendedState state = StateAt(scored_[0].first);
     const Eigen::VectorXd& step = scored_[0].second.step;
     for (std::size_t r = 0; r < data_.size(); ++r) {
@@ -335,10 +369,13 @@ class Trial {
   }
 
   ExtendedState ChooseFrom(const ExtendedState& all) const {
-    ExtendedState state{.link = {.levels = {}, .shape = all.link.shape, .starts = {}}, .shared = all.shared, .own = {}};
+    ExtendedState state;
+    state.link.shape = all.link.shape;
+    state.shared = all.shared;
     if (sharing_ == Sharing::kLink) state.link.levels = all.link.levels;
     for (const std::size_t r : chosen_) {
       if (sharing_ == Sharing::kShape) state.link.levels.push_back(all.link.levels[r]);
+      if (!all.link.shapes.empty()) state.link.shapes.push_back(all.link.shapes[r]);
       state.link.starts.push_back(all.link.starts[r]);
       state.own.push_back(all.own[r]);
     }
@@ -356,6 +393,7 @@ class Trial {
     for (std::size_t i = 0; i < chosen_.size(); ++i) {
       const std::size_t r = chosen_[i];
       if (sharing_ == Sharing::kShape) all.state.link.levels[r] = chosen.state.link.levels[i];
+      if (!chosen.state.link.shapes.empty()) all.state.link.shapes[r] = chosen.state.link.shapes[i];
       all.state.link.starts[r] = chosen.state.link.starts[i];
       all.state.own[r] = chosen.state.own[i];
     }
@@ -363,13 +401,61 @@ class Trial {
       all.chi2 = chosen.chi2;
       return all;
     }
+    if (!all.state.link.shapes.empty()) StartFromChosen(chosen, control, &all.state);
     return Fit(data_, all.state, control);
+  }
+
+  /// Records that were not chosen may have settled where their sliders imitate the effect: each starts from its own
+  /// link or from that of a chosen record, whichever describes it better beside the effect.
+  void StartFromChosen(const ExtendedOutcome& chosen, const ExtendedControl& control, ExtendedState* all) {
+    ExtendedControl given = control;
+    given.fix_shared = true;
+    for (std::size_t r = 0; r < data_.size(); ++r) {
+      if (std::find(chosen_.begin(), chosen_.end(), r) != chosen_.end()) continue;
+      ExtendedState own = TakeRecord(*all, r, r);
+      ExtendedOutcome best;
+      best.chi2 = std::numeric_limits<double>::infinity();
+      for (std::size_t i = 0; i <= chosen_.size(); ++i) {
+        const bool from_own = i == chosen_.size();
+        own.link.levels = {from_own ? all->link.levels[r] : chosen.state.link.levels[i]};
+        own.link.shapes = {from_own ? all->link.shapes[r] : chosen.state.link.shapes[i]};
+        ExtendedOutcome outcome = FitExtended({&data_[r], 1}, sharing_, fit_.extension, own, given);
+        evaluations_ += outcome.evaluations;
+        if (outcome.chi2 < best.chi2) best = std::move(outcome);
+      }
+      if (!std::isfinite(best.chi2)) continue;
+      PutRecord(best.state, r, all);
+    }
   }
 
   ExtendedOutcome Fit(std::span<const FitData> data, const ExtendedState& state, const ExtendedControl& control) {
     ExtendedOutcome outcome = FitExtended(data, sharing_, fit_.extension, state, control);
     evaluations_ += outcome.evaluations;
     return outcome;
+  }
+
+  /// A record that the plain model describes badly may have ended at a link that no other record has, and does not come
+  /// back: it starts from the median of all. @returns whether there was one.
+  static bool FetchStrays(ExtendedState* state) {
+    constexpr double kStray = 0.3;  // of a logarithm: ten times what seats differ by
+    std::vector<Levels>& levels = state->link.levels;
+    if (levels.size() < 3) return false;
+    Levels median{};
+    for (std::size_t j = 0; j < median.size(); ++j) {
+      std::vector<double> values;
+      for (const Levels& of_record : levels) values.push_back(of_record[j]);
+      std::sort(values.begin(), values.end());
+      median[j] = values[values.size() / 2];
+    }
+    bool any = false;
+    for (Levels& of_record : levels) {
+      double farthest = 0;
+      for (std::size_t j = 0; j < median.size(); ++j) farthest = std::max(farthest, std::abs(of_record[j] - median[j]));
+      if (farthest < kStray) continue;
+      of_record = median;
+      any = true;
+    }
+    return any;
   }
 
   /// Several sliders that were fitted without the effect have often settled where they imitate it, and do not come
@@ -386,6 +472,7 @@ class Trial {
       for (const ExtendedState& state : SpreadSizes(scored_[i].first, scored_[i].second)) {
         ExtendedState one = ChooseFrom(state);
         one.link.shape.clear();
+        for (Shape& shape : one.link.shapes) shape.clear();
         keep(Fit(chosen_data_, one, glance));
       }
     if (!std::isfinite(best.chi2)) return best;
@@ -393,16 +480,23 @@ class Trial {
     for (int n = 2; n <= sliders_; ++n) {
       const ExtendedState fewer = best.state;
       best.chi2 = std::numeric_limits<double>::infinity();
-      const Oscillator<double> link = ToOscillator(fewer.link.levels[0], fewer.link.shape, data_[0].g);
       for (int split = 0; split + 1 < n; ++split) {
         ExtendedState grown = fewer;
-        Levels levels;
-        FromOscillator(SplitSlider(link, split, n == 2 ? kFirstSplit : kLaterSplit), &levels, &grown.link.shape);
+        const double spread = n == 2 ? kFirstSplit : kLaterSplit;
+        Split(fewer.link.levels[0], fewer.link.shape, split, spread, &grown.link.shape);
+        for (std::size_t r = 0; r < grown.link.shapes.size(); ++r)
+          Split(fewer.link.levels[r], fewer.link.shapes[r], split, spread, &grown.link.shapes[r]);
         keep(Fit(chosen_data_, grown, quick));
       }
       if (!std::isfinite(best.chi2)) return best;
     }
     return best;
+  }
+
+  /// The shape with one slider split in two; the levels stay.
+  void Split(const Levels& levels, const Shape& shape, int split, double spread, Shape* result) const {
+    Levels same;
+    FromOscillator(SplitSlider(ToOscillator(levels, shape, data_[0].g), split, spread), &same, result);
   }
 
   void RefitQuickly() {
@@ -431,6 +525,12 @@ class Trial {
     if (sliders_ > 1 && leaves_much_) attempts.push_back({Regrow(glance, quick), neutral_});
     sort();
     if (attempts.size() > kKept) attempts.resize(kKept);
+    for (std::size_t i = 0, kept = attempts.size(); i < kept; ++i) {
+      ExtendedState fetched = attempts[i].outcome.state;
+      if (!FetchStrays(&fetched)) continue;
+      attempts.push_back(attempts[i]);
+      attempts.back().outcome.state = std::move(fetched);
+    }
     for (Attempt& attempt : attempts) attempt.outcome = Fit(chosen_data_, attempt.outcome.state, quick);
     sort();
     if (attempts.empty()) return;
@@ -457,6 +557,26 @@ class Trial {
 };
 
 }  // namespace
+
+ExtendedOutcome EffectSearch::Settle(const Extension& extension, const ExtendedOutcome& outcome) const {
+  if (outcome.state.link.shapes.empty()) return outcome;
+  ExtendedState state = outcome.state;
+  const ExtendedControl given{.fix_shared = true, .max_iterations = 25, .function_tolerance = 1e-5};
+  ParallelFor(data_.size(), options_.threads, [&](std::size_t r) {
+    ExtendedOutcome best;
+    best.chi2 = std::numeric_limits<double>::infinity();
+    for (std::size_t donor = 0; donor < data_.size(); ++donor) {
+      ExtendedOutcome tried =
+          FitExtended({&data_[r], 1}, sharing_, extension, TakeRecord(outcome.state, r, donor), given);
+      if (tried.chi2 < best.chi2) best = std::move(tried);
+    }
+    if (std::isfinite(best.chi2)) PutRecord(best.state, r, &state);
+  });
+  ExtendedOutcome settled = Refit(extension, state);
+  if (!(settled.chi2 < outcome.chi2)) settled = outcome;
+  SortOwnSliders(&settled.state);
+  return settled;
+}
 
 std::vector<EffectFit> EffectSearch::Try(const Extension& current, const ExtendedOutcome& now,
                                          std::span<const Effect* const> tried) const {

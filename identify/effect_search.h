@@ -42,6 +42,11 @@ class EffectSearch {
   /// The fit without further effects, from where another one ended.
   ExtendedOutcome Refit(const Extension& extension, const ExtendedState& from) const;
 
+  /// Several sliders have many minima: each record of a fit with own links starts once more from the links of all
+  /// others, the effects as they are; then all are fitted together. Sliders come out in the order of their critical
+  /// displacements. Other fits are returned as they are.
+  ExtendedOutcome Settle(const Extension& extension, const ExtendedOutcome& outcome) const;
+
   /// @param now  the fit of `current`; `tried` are the effects to be tried.
   std::vector<EffectFit> Try(const Extension& current, const ExtendedOutcome& now,
                              std::span<const Effect* const> tried) const;

@@ -58,7 +58,7 @@ void AddLinkRows(std::span<const FitData> data, const ExtendedResult& result, co
             .std = result.quantities[index].std,
             .derivatives = Eigen::RowVectorXd::Zero(map.size())};
     for (std::size_t r = 0; r < links; ++r) {
-      const Oscillator<double> link = ToOscillator(state.link.LevelsOf(r), state.link.shape, data[r].g);
+      const Oscillator<double> link = ToOscillator(state.link.LevelsOf(r), state.link.ShapeOf(r), data[r].g);
       const Eigen::RowVectorXd gradient = CalcLogGradient(link, q);
       const std::vector<Eigen::Index> columns = map.Columns(r);
       for (Eigen::Index i = 0; i < gradient.size(); ++i)
@@ -91,7 +91,8 @@ void AddEffectRows(const ExtendedResult& result, const UnknownMap& map, std::vec
 }  // namespace
 
 ExtendedCovariance CalcExtendedCovariance(std::span<const FitData> data, const ExtendedResult& result) {
-  const UnknownMap map(result.extension, result.sharing, CountSliders(result.outcome.state.link.shape), data.size());
+  const UnknownMap map(result.extension, result.sharing, CountSliders(result.outcome.state.link.shape), data.size(),
+                       !result.outcome.state.link.shapes.empty());
   std::vector<Row> rows;
   AddLinkRows(data, result, map, &rows);
   AddEffectRows(result, map, &rows);

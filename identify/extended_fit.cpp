@@ -118,9 +118,13 @@ class ExtendedFitter {
   FitState& link() { return outcome_.state.link; }
   double* LevelsBlock(std::size_t record) { return link().levels[sharing_ == Sharing::kLink ? 0 : record].data(); }
 
+  double* ShapeBlock(std::size_t record) {
+    return link().shapes.empty() ? link().shape.data() : link().shapes[record].data();
+  }
+
   std::vector<double*> BlocksOf(std::size_t record) {
     std::vector<double*> blocks = {LevelsBlock(record)};
-    if (sliders_ > 1) blocks.push_back(link().shape.data());
+    if (sliders_ > 1) blocks.push_back(ShapeBlock(record));
     blocks.push_back(link().starts[record].data());
     if (!extension_.shared().empty()) blocks.push_back(outcome_.state.shared.data());
     if (!extension_.own().empty()) blocks.push_back(outcome_.state.own[record].data());
@@ -181,7 +185,8 @@ class ExtendedFitter {
       const double reach = (last ? kZeroReach : kZeroReachOfWindows) * data_[r].swing;
       Bound(data_[r].centre - reach, data_[r].centre + reach, 2, link().starts[r].data(), problem);
     }
-    for (int i = 0; i < 2 * (sliders_ - 1); ++i) Bound(-kWidestShape, kWidestShape, i, link().shape.data(), problem);
+    for (std::size_t r = 0; r < std::max<std::size_t>(1, link().shapes.size()); ++r)
+      for (int i = 0; i < 2 * (sliders_ - 1); ++i) Bound(-kWidestShape, kWidestShape, i, ShapeBlock(r), problem);
   }
 
   void SetEffectBounds(ceres::Problem* problem) {
@@ -199,7 +204,8 @@ class ExtendedFitter {
       problem->SetParameterBlockConstant(outcome_.state.shared.data());
     if (!control.fix_link) return;
     for (Levels& levels : link().levels) problem->SetParameterBlockConstant(levels.data());
-    if (sliders_ > 1) problem->SetParameterBlockConstant(link().shape.data());
+    for (std::size_t r = 0; sliders_ > 1 && r < std::max<std::size_t>(1, link().shapes.size()); ++r)
+      problem->SetParameterBlockConstant(ShapeBlock(r));
   }
 
   void AddWalls(ceres::Problem* problem) {
@@ -207,7 +213,7 @@ class ExtendedFitter {
       const FitData limits = WidestLimits(sharing_ == Sharing::kLink ? data_ : data_.subspan(r, 1));
       if (!(limits.smallest > 0) && !(limits.swing > 0)) continue;
       std::vector<double*> blocks = {LevelsBlock(r)};
-      if (sliders_ > 1) blocks.push_back(link().shape.data());
+      if (sliders_ > 1) blocks.push_back(ShapeBlock(r));
       problem->AddResidualBlock(MakeResolvedCost(sliders_, limits.smallest, limits.swing), nullptr, blocks);
     }
   }
@@ -223,8 +229,8 @@ class ExtendedFitter {
 /// Evaluates one record at a state.
 bool EvaluateRecord(const FitData& data, const ExtendedState& state, std::size_t record, std::size_t stride,
                     bool derivatives, ExtendedColumns* columns) {
-  return columns->Evaluate(data, data.size, stride, state.link.LevelsOf(record).data(), state.link.shape.data(),
-                           state.link.starts[record].data(), state.shared.data(),
+  return columns->Evaluate(data, data.size, stride, state.link.LevelsOf(record).data(),
+                           state.link.ShapeOf(record).data(), state.link.starts[record].data(), state.shared.data(),
                            state.own.empty() ? nullptr : state.own[record].data(), derivatives);
 }
 

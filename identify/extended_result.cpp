@@ -65,7 +65,7 @@ class Describer {
         result_(*result),
         state_(result->outcome.state),
         sliders_(CountSliders(state_.link.shape)),
-        map_(result->extension, result->sharing, sliders_, data.size()) {}
+        map_(result->extension, result->sharing, sliders_, data.size(), !state_.link.shapes.empty()) {}
 
   void Run() {
     result_.structure = CalcStructure(data_, result_.extension, state_);
@@ -117,10 +117,14 @@ class Describer {
   }
 
   void AddQuantity(double value, double log_std, double log_half_width, double log_spread) {
+    const bool open = !(log_half_width < kUndetermined);
+    log_half_width = std::min(log_half_width, kUndetermined);
     result_.quantities.push_back({.value = value,
-                                  .std = value * log_std,
+                                  .std = value * std::min(log_std, kUndetermined),
                                   .low = value * std::exp(-log_half_width),
                                   .high = value * std::exp(log_half_width),
+                                  .low_open = open,
+                                  .high_open = open,
                                   .spread = value * log_spread});
   }
 
@@ -131,7 +135,7 @@ class Describer {
       for (std::size_t j = 0; j < mean.size(); ++j) mean[j] += levels[j] / static_cast<double>(records);
     // Given the effects, the links of the records are independent of each other.
     std::vector<Eigen::Index> without;
-    const Eigen::Index first_shared = 3 * static_cast<Eigen::Index>(records) + 2 * (sliders_ - 1);
+    const Eigen::Index first_shared = map_.first_shared();
     const auto shared = static_cast<Eigen::Index>(result_.extension.shared().size());
     for (Eigen::Index i = 0; i < map_.size(); ++i)
       if (i < first_shared || i >= first_shared + shared) without.push_back(i);
@@ -144,7 +148,7 @@ class Describer {
       std::vector<double> values, errors;
       Eigen::VectorXd weights = Eigen::VectorXd::Zero(map_.size());
       for (std::size_t r = 0; r < records; ++r) {
-        const Oscillator<double> link = ToOscillator(state_.link.LevelsOf(r), state_.link.shape, data_[r].g);
+        const Oscillator<double> link = ToOscillator(state_.link.LevelsOf(r), state_.link.ShapeOf(r), data_[r].g);
         const Eigen::RowVectorXd gradient = CalcLogGradient(link, q);
         const std::vector<Eigen::Index> columns = LinkColumns(r);
         for (std::size_t i = 0; i < columns.size(); ++i)
@@ -159,7 +163,12 @@ class Describer {
       const double half = std::hypot(population.half_width, NormalBound() * std::sqrt(common));
       AddQuantity(std::exp(population.mean), std, half, population.spread);
     }
-    result_.link = ToOscillator(mean, state_.link.shape, data_[0].g);
+    Shape shape = state_.link.shape;
+    for (std::size_t j = 0; j < shape.size() && !state_.link.shapes.empty(); ++j) {
+      shape[j] = 0;
+      for (const Shape& own : state_.link.shapes) shape[j] += own[j] / static_cast<double>(records);
+    }
+    result_.link = ToOscillator(mean, shape, data_[0].g);
     DescribeMeanCovariance();
   }
 
@@ -169,7 +178,7 @@ class Describer {
     const auto size = static_cast<Eigen::Index>(2 * n + 1);
     Eigen::MatrixXd weights = Eigen::MatrixXd::Zero(size, map_.size());
     for (std::size_t r = 0; r < data_.size(); ++r) {
-      const Oscillator<double> link = ToOscillator(state_.link.LevelsOf(r), state_.link.shape, data_[r].g);
+      const Oscillator<double> link = ToOscillator(state_.link.LevelsOf(r), state_.link.ShapeOf(r), data_[r].g);
       const std::vector<Eigen::Index> columns = LinkColumns(r);
       for (int q = 0; q < 2 * n + 1; ++q) {
         const Eigen::RowVectorXd gradient = CalcLogGradient(link, q);

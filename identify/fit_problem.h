@@ -50,8 +50,12 @@ struct FitState {
   std::vector<Levels> levels;  ///< one (Sharing::kLink) or one per record (Sharing::kShape)
   Shape shape;
   std::vector<Start> starts;  ///< one per record
+  /// Shapes of their own, one per record (extended fits of several sliders only); `shape` is not used then, but says
+  /// how many sliders there are. Empty: all have `shape`.
+  std::vector<Shape> shapes = {};
 
   const Levels& LevelsOf(std::size_t record) const { return levels[levels.size() == 1 ? 0 : record]; }
+  const Shape& ShapeOf(std::size_t record) const { return shapes.empty() ? shape : shapes[record]; }
 };
 
 struct FitControl {

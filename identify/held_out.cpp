@@ -31,6 +31,7 @@ Part Select(std::span<const FitData> data, const ExtendedState& state, Sharing s
     part.data.push_back(data[r]);
     part.state.link.starts.push_back(state.link.starts[r]);
     if (sharing == Sharing::kShape) part.state.link.levels.push_back(state.link.levels[r]);
+    if (!state.link.shapes.empty()) part.state.link.shapes.push_back(state.link.shapes[r]);
     part.state.own.push_back(state.own.empty() ? std::vector<double>{} : state.own[r]);
   }
   return part;

@@ -6,13 +6,14 @@
 
 namespace uiclink {
 
-UnknownMap::UnknownMap(const Extension& extension, Sharing sharing, int sliders, std::size_t records)
+UnknownMap::UnknownMap(const Extension& extension, Sharing sharing, int sliders, std::size_t records, bool own_shapes)
     : levels_(sharing == Sharing::kLink ? 1 : static_cast<Eigen::Index>(records)),
       shape_(2 * (sliders - 1)),
+      shapes_(own_shapes ? static_cast<Eigen::Index>(records) : 1),
       shared_(static_cast<Eigen::Index>(extension.shared().size())),
       own_(static_cast<Eigen::Index>(extension.own().size())),
       records_(static_cast<Eigen::Index>(records)),
-      size_(3 * levels_ + shape_ + shared_ + (3 + own_) * records_) {}
+      size_(3 * levels_ + shape_ * shapes_ + shared_ + (3 + own_) * records_) {}
 
 std::vector<Eigen::Index> UnknownMap::Columns(std::size_t record) const {
   const auto r = static_cast<Eigen::Index>(record);
@@ -20,18 +21,18 @@ std::vector<Eigen::Index> UnknownMap::Columns(std::size_t record) const {
   const auto add = [&](Eigen::Index first, Eigen::Index size) {
     for (Eigen::Index i = 0; i < size; ++i) columns.push_back(first + i);
   };
-  const Eigen::Index common = 3 * levels_ + shape_ + shared_;
+  const Eigen::Index common = first_shared() + shared_;
   add(levels_ == 1 ? 0 : 3 * r, 3);
-  add(3 * levels_, shape_);
+  add(3 * levels_ + (shapes_ == 1 ? 0 : shape_ * r), shape_);
   add(common + (3 + own_) * r, 3);
-  add(3 * levels_ + shape_, shared_);
+  add(first_shared(), shared_);
   add(common + (3 + own_) * r + 3, own_);
   return columns;
 }
 
 Normal CalcNormal(std::span<const FitData> data, Sharing sharing, const Extension& extension,
                   const ExtendedState& state, std::size_t stride) {
-  const UnknownMap map(extension, sharing, CountSliders(state.link.shape), data.size());
+  const UnknownMap map(extension, sharing, CountSliders(state.link.shape), data.size(), !state.link.shapes.empty());
   Normal normal{.gram = Eigen::MatrixXd::Zero(map.size(), map.size()), .gradient = Eigen::VectorXd::Zero(map.size())};
   for (std::size_t r = 0; r < data.size(); ++r) {
     const Linearisation at = LineariseExtended(data[r], extension, state, r, stride);

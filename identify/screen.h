@@ -11,14 +11,17 @@ namespace uiclink {
 /// The unknowns of a fit of several records in one row, and where those of one record are in it.
 class UnknownMap {
  public:
-  UnknownMap(const Extension& extension, Sharing sharing, int sliders, std::size_t records);
+  /// @param own_shapes  each record has a shape of its own (FitState::shapes).
+  UnknownMap(const Extension& extension, Sharing sharing, int sliders, std::size_t records, bool own_shapes = false);
 
   Eigen::Index size() const { return size_; }
   /// Place in the whole of each column of LineariseExtended() for one record.
   std::vector<Eigen::Index> Columns(std::size_t record) const;
+  /// Place of the first shared parameter of the effects.
+  Eigen::Index first_shared() const { return 3 * levels_ + shape_ * shapes_; }
 
  private:
-  Eigen::Index levels_, shape_, shared_, own_, records_, size_;
+  Eigen::Index levels_, shape_, shapes_, shared_, own_, records_, size_;
 };
 
 /// [J r]'[J r] of all records at a state, in units of the noise: everything that linear statistics need.
