@@ -16,6 +16,8 @@ constexpr std::size_t kMostCauses = 3;
 constexpr double kSignificant = 0.005;  // family-wise
 constexpr double kRivalBic = 10;        // difference below which two models are not told apart ("very strong" is above)
 constexpr double kExplainsEnough = 0.95;  // of the mean square, from which causes are named although structure is left
+constexpr double kWorthAnotherPair =
+    0.9;                         // of the mean square: what explains less is not one effect short of the truth
 constexpr double kNeeded = 0.9;  // rms with / without a cause: above this a model with structure left can do without
 constexpr double kSharingLevel = 0.01;
 
@@ -75,7 +77,8 @@ class Diagnoser {
     DropUnneeded(&final);
     // With several sliders a model has so much freedom that another pair would hardly be told from this one.
     const bool doubtful = final.extension.effects().size() == kMostCauses || IsStructured(final);
-    if (doubtful && plain_.sliders == 1) LookForBetterPair(start, &final);
+    const bool promising = final.outcome.chi2 < (1 - kWorthAnotherPair) * start.outcome.chi2;
+    if (doubtful && promising && plain_.sliders == 1) LookForBetterPair(start, &final);
     Judge(start, final);
     return std::move(result_);
   }

@@ -57,10 +57,4 @@ class EffectSearch {
   SearchOptions options_;
 };
 
-/// Lines of the spectrum of some series of residuals between two frequencies [Hz], strongest first, all series
-/// together.
-/// @param decay  residuals are weighted with exp(-decay t) first, to find lines that die away [1/s].
-std::vector<double> FindLines(std::span<const std::vector<float>> residuals, double sampling_hz, double low_hz,
-                              double high_hz, double decay, std::size_t count);
-
 }  // namespace uiclink

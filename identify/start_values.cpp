@@ -63,8 +63,9 @@ FitData MakeFitData(const Record& record, const Noise& noise, const Phases& phas
           .g = record.g,
           .centre = phases.centre,
           .swing = std::abs(phases.extrema[0].y - phases.centre),
-          // Motion below ten noise levels, or a tenth of the smallest swing of the record, is not told from rest.
-          .smallest = std::max(10 * noise.sigma, 0.1 * phases.late_amplitude)};
+          // Motion below ten noise levels, or a tenth of the smallest swing of the record, is not told from rest. A
+          // tone that counts as noise must not hide the joints: no more than three tenths of that swing.
+          .smallest = std::max(std::min(10 * noise.sigma, 0.3 * phases.late_amplitude), 0.1 * phases.late_amplitude)};
 }
 
 StartValues FindStartValues(const Phases& phases, double g) {

@@ -1,6 +1,7 @@
 // The search for what a model lacks: lines of a spectrum, and trials of effects that are really there.
 
 #include "identify/effect_search.h"
+#include "identify/start_grid.h"
 
 #include <gtest/gtest.h>
 
