@@ -153,6 +153,21 @@ void FindRepairs(const Symptoms& before, const Symptoms& after, Cause* cause) {
   }
 }
 
+/// A cause must put right at least one of the read-outs that it should. Where none of the causes does, what they
+/// explain they explain by accident: nothing is named.
+void WithdrawIdleCauses(Diagnosis* diagnosis) {
+  const auto is_idle = [](const Cause& cause) { return cause.repairable > 0 && cause.repaired.empty(); };
+  for (const Cause& cause : diagnosis->causes)
+    if (is_idle(cause))
+      diagnosis->notices.push_back(std::string(cause.effect->id) +
+                                   " puts none of the read-outs right that it should; it fits for another reason");
+  if (!std::all_of(diagnosis->causes.begin(), diagnosis->causes.end(), is_idle)) return;
+  diagnosis->causes.clear();
+  diagnosis->extended = diagnosis->plain;
+  diagnosis->symptoms_left = {};
+  diagnosis->verdict = Verdict::kUnexplained;
+}
+
 }  // namespace
 
 bool IsRepairOf(std::string_view word, std::string_view symptom) {
@@ -167,6 +182,7 @@ void DescribeSymptoms(const Identification& plain, Diagnosis* diagnosis) {
     const ExtendedInputs left(plain, diagnosis->extended);
     diagnosis->symptoms_left = FindSymptoms(left.inputs(), plain.direction);
     for (Cause& cause : diagnosis->causes) FindRepairs(diagnosis->symptoms, diagnosis->symptoms_left, &cause);
+    WithdrawIdleCauses(diagnosis);
   }
   const bool is_open = diagnosis->verdict == Verdict::kUnexplained || diagnosis->verdict == Verdict::kPartlyExplained;
   if (is_open) diagnosis->missing_force = FindForceLeft(plain, *diagnosis);

@@ -91,7 +91,8 @@ struct DiagnoseOptions {
 ///    log(number of effects); with it in the model step 2 is repeated, up to three effects.
 /// 4. Effects that the final model can do without are dropped again.
 /// 5. A cause is named when it is significant over the whole catalogue, improves the prediction of records that were
-///    not fitted, and is inside its physical bounds. Effects that do as well in its place are its rivals.
+///    not fitted, is inside its physical bounds, and puts read-outs right that it should (diagnose_symptoms.h). Effects
+///    that do as well in its place are its rivals.
 Diagnosis Diagnose(const Identification& plain, const DiagnoseOptions& options = {});
 
 /// How much the plain fit was off because the causes were missing: plain less extended value of a quantity, and the

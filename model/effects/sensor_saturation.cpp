@@ -35,7 +35,8 @@ const Effect& SensorSaturationEffect() {
       .signature = {.text = "extrema are flat, on both sides at the same reading; all is well below"},
       .confused_with = "end_stop",
       .separated_by = "a smaller release, or another range of the converter",
-      .repairs = {"odd_harmonics", "residual_against_displacement", "loss_per_half_cycle", "even_harmonics"},
+      .repairs = {"odd_harmonics", "residual_against_displacement", "loss_per_half_cycle", "even_harmonics",
+                  "readings_clipped"},
       .stage = ReadingStage::kClipped,
       .reading = MakeReading<SensorSaturation>()};
   return effect;
