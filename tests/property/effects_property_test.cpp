@@ -96,6 +96,7 @@ TEST_P(EveryEffect, RepairsSymptomsThatExist) {
                                                       "residual_against_velocity",
                                                       "residual_against_phase",
                                                       "residual_against_time",
+                                                      "readings_clipped",
                                                       "whiteness"};
   for (const std::string_view symptom : effect().repairs) EXPECT_TRUE(symptoms.contains(symptom)) << symptom;
 }
