@@ -6,19 +6,6 @@
 namespace uiclink {
 namespace {
 
-/// First sample at or after the end of an arc; all that are left for the last arc.
-template <typename T>
-std::size_t EndOfArc(const ExtendedArc<T>& arc, bool last, const SampleTimes& times, std::size_t from) {
-  if (last) return times.size;
-  if (!times.times.empty()) {
-    const auto begin = times.times.begin() + static_cast<std::ptrdiff_t>(from);
-    return static_cast<std::size_t>(std::lower_bound(begin, times.times.end(), arc.t_end) - times.times.begin());
-  }
-  const double index = std::ceil((arc.t_end - times.first) / times.step);
-  if (!(index > static_cast<double>(from))) return from;
-  return index >= static_cast<double>(times.size) ? times.size : static_cast<std::size_t>(index);
-}
-
 /// A displacement, a velocity and a derivative are all the same sum over six functions of time, with other weights:
 ///   closed form:  1, s, and with c = exp(-q5 s) cos q4 s, n = exp(-q5 s) sin q4 s:  c, n, s c, s n
 ///   polynomial:   1, u, ..., u^5
@@ -168,7 +155,7 @@ void ForAllBlocks(const ExtendedTrajectory<T>& trajectory, const SampleTimes& ti
   Turns turns;
   std::size_t from = 0;
   for (const ExtendedArc<T>& arc : trajectory.arcs()) {
-    const std::size_t to = EndOfArc(arc, &arc == &trajectory.arcs().back(), times, from);
+    const std::size_t to = &arc == &trajectory.arcs().back() ? times.size : times.FindFirst(arc.t_end, from);
     const double start = Value(arc.t_start);
     const Coefficients q = Values(arc);
     for (std::size_t first = from; first < to; first += kBlock) {

@@ -80,19 +80,6 @@ struct PhaseBlock {
   std::array<double, kBlock> since_start;
 };
 
-/// First sample at or after the end of the arc; all that are left for the last arc.
-template <typename Scalar>
-std::size_t EndOfArc(const Arc<Scalar>& arc, bool last, const SampleTimes& times, std::size_t from) {
-  if (last) return times.size;
-  if (!times.times.empty()) {
-    const auto begin = times.times.begin() + static_cast<std::ptrdiff_t>(from);
-    return static_cast<std::size_t>(std::lower_bound(begin, times.times.end(), arc.t_end) - times.times.begin());
-  }
-  const double index = std::ceil((arc.t_end - times.first) / times.step);
-  if (!(index > static_cast<double>(from))) return from;
-  return index >= static_cast<double>(times.size) ? times.size : static_cast<std::size_t>(index);
-}
-
 /// Phases of the samples of a run, block by block.
 class PhaseSampler {
  public:
@@ -104,7 +91,8 @@ class PhaseSampler {
     std::size_t from = 0;
     for (std::size_t j = 0; j < trajectory.arcs().size(); ++j) {
       const Arc<Scalar>& arc = trajectory.arcs()[j];
-      const std::size_t to = EndOfArc(arc, j + 1 == trajectory.arcs().size(), times_, from);
+      const bool last = j + 1 == trajectory.arcs().size();
+      const std::size_t to = last ? times_.size : times_.FindFirst(arc.t_end, from);
       if (from >= to) continue;
       ForBlocks(arc, from, to, use);
       from = to;
@@ -137,6 +125,16 @@ class PhaseSampler {
 };
 
 }  // namespace
+
+std::size_t SampleTimes::FindFirst(double t, std::size_t from) const {
+  if (!times.empty()) {
+    const auto begin = times.begin() + static_cast<std::ptrdiff_t>(from);
+    return static_cast<std::size_t>(std::lower_bound(begin, times.end(), t) - times.begin());
+  }
+  const double index = std::ceil((t - first) / step);
+  if (!(index > static_cast<double>(from))) return from;
+  return index >= static_cast<double>(size) ? size : static_cast<std::size_t>(index);
+}
 
 template <typename Scalar>
 void Trajectory<Scalar>::Clear(const Oscillator<Scalar>& oscillator) {

@@ -39,6 +39,8 @@ struct SampleTimes {
   std::span<const double> times = {};  ///< [s], non-decreasing; replaces first + i step when not empty
 
   double operator[](std::size_t i) const { return times.empty() ? first + static_cast<double>(i) * step : times[i]; }
+  /// First sample at or after t [s], not before `from`; `size` where there is none.
+  std::size_t FindFirst(double t, std::size_t from) const;
 };
 
 /// A run of the event solver: arcs from event to event, exact at any time.  Reuse one object for many runs; it keeps
