@@ -162,7 +162,7 @@ double CalcExtendedLoss(const SetModel& model, double A) {
   for (const Effect* effect : model.extension.effects()) {
     if (!effect->IsMechanical() || effect->acts_on == ActsOn::kStiffness) continue;
     if (effect->loss_per_cycle == nullptr) return kNan;  // those that have one stand beside the sliders
-    loss += effect->loss_per_cycle(model.extension.LawValues(effect, model.shared, {}), A, w);
+    loss += effect->loss_per_cycle(model.extension.CalcLawValues(effect, model.shared, {}), A, w);
   }
   return loss;
 }

@@ -108,20 +108,26 @@ class Diagnoser {
 
   /// Smaller is better; for models of the same records with the same number of independent observations.
   double Penalise(double chi2, int unknowns, double size) const {
-    return size * std::log(chi2) + unknowns * std::log(size) + 2 * std::log(static_cast<double>(catalogue_.size()));
+    return size * std::log(chi2) + CalcPenalty(unknowns, size);
+  }
+
+  /// What an effect costs: its unknowns, and the choice among all effects.
+  double CalcPenalty(int unknowns, double size) const {
+    return unknowns * std::log(size) + 2 * std::log(static_cast<double>(catalogue_.size()));
   }
 
   /// Why an effect cannot be a cause as it was fitted.
-  std::string FindFault(const ExtendedResult& described, const Effect* effect) const {
+  std::string FindFault(const EffectFit& fit) const {
     double smallest = 0;
     for (const FitData& d : data_) smallest = std::max(smallest, d.smallest);
-    for (const EffectEstimate& e : described.effects) {
-      if (e.effect != effect) continue;
-      if (e.at_bound) return e.symbol + " ends at its physical bound";
-      for (const EffectParameter& p : effect->parameters)
-        if (p.symbol == e.symbol && p.start_scale == StartScale::kSwing && p.coordinate == Coordinate::kLog &&
-            e.value < smallest)
-          return e.symbol + " is below what the records resolve";
+    for (std::size_t i = 0; i < fit.extension.shared().size(); ++i) {
+      const Extension::Unknown& unknown = fit.extension.shared()[i];
+      if (unknown.effect != fit.effect) continue;
+      const EffectParameter& p = unknown.Parameter();
+      const double x = fit.outcome.state.shared[i];
+      if (unknown.IsAtBound(x)) return std::string(p.symbol) + " ends at its physical bound";
+      if (p.start_scale == StartScale::kSwing && p.coordinate == Coordinate::kLog && FromCoordinate(p, x) < smallest)
+        return std::string(p.symbol) + " is below what the records resolve";
     }
     return "";
   }
@@ -139,7 +145,6 @@ class Diagnoser {
   /// The best of a round by penalised likelihood, among those that are significant and possible.
   struct Best {
     const EffectFit* fit = nullptr;
-    double p_value = 1;
     double penalised = std::numeric_limits<double>::infinity();
     double size = 0;
   };
@@ -158,10 +163,8 @@ class Diagnoser {
       const double penalised = Penalise(fit.outcome.chi2, fit.unknowns, best.size);
       if (p > kSignificant || penalised >= best.penalised) continue;
       if (penalised > best.size * std::log(step.outcome.chi2)) continue;
-      const ExtendedResult described = Describe(data_, sharing_, fit.extension, fit.outcome);
-      if (!FindFault(described, fit.effect).empty()) continue;
+      if (!FindFault(fit).empty()) continue;
       best.fit = &fit;
-      best.p_value = p;
       best.penalised = penalised;
     }
     return best;
@@ -190,8 +193,7 @@ class Diagnoser {
   /// All of a model's penalised likelihood; smaller is better.
   double PenaliseModel(const Step& step, double size) const {
     double penalised = size * std::log(step.outcome.chi2);
-    for (const Effect* effect : step.extension.effects())
-      penalised += CountUnknowns(effect) * std::log(size) + 2 * std::log(static_cast<double>(catalogue_.size()));
+    for (const Effect* effect : step.extension.effects()) penalised += CalcPenalty(CountUnknowns(effect), size);
     return penalised;
   }
 
@@ -219,7 +221,7 @@ class Diagnoser {
     for (const EffectFit& fit : singles_) {
       if (!fit.refitted || fit.outcome.chi2 > 0.95 * start.outcome.chi2) continue;
       if (std::find(tried.begin(), tried.end(), fit.effect) != tried.end()) continue;
-      if (!FindFault(Describe(data_, sharing_, fit.extension, fit.outcome), fit.effect).empty()) continue;
+      if (!FindFault(fit).empty()) continue;
       const bool in = final.extension.Has(fit.effect);
       const bool next_in = next != nullptr && final.extension.Has(next->effect);
       if (next == nullptr || (in != next_in ? in : fit.outcome.chi2 < next->outcome.chi2)) next = &fit;
@@ -250,7 +252,7 @@ class Diagnoser {
       if (fit.refitted) {
         const ExtendedResult described = Describe(data_, sharing_, fit.extension, fit.outcome);
         candidate.parameters = described.effects;
-        candidate.inadmissible = FindFault(described, fit.effect);
+        candidate.inadmissible = FindFault(fit);
         if (&fit == best.fit) noise = described.structure.noise / described.structure.rms * candidate.rms_over_noise;
       }
       result_.candidates.push_back(candidate);
@@ -281,15 +283,14 @@ class Diagnoser {
   void DropUnneeded(Step* step) {
     while (step->extension.effects().size() > 1) {
       const double size = EffectiveSize(*step);
-      const bool structured = CalcStructure(data_, step->extension, step->outcome.state).structured;
+      const bool structured = IsStructured(*step);
       const Effect* least = nullptr;
       Step kept;
       double smallest_gain = std::numeric_limits<double>::infinity();
       for (const Effect* effect : step->extension.effects()) {
         Step without = FitWithout(*step, effect);
         const double gain = LogLikelihoodRatio(without.outcome.chi2, step->outcome.chi2, size) -
-                            CountUnknowns(effect) * std::log(size) -
-                            2 * std::log(static_cast<double>(catalogue_.size()));
+                            CalcPenalty(CountUnknowns(effect), size);
         const bool needed = structured ? step->outcome.chi2 < kNeeded * kNeeded * without.outcome.chi2 : gain > 0;
         if (needed || gain >= smallest_gain) continue;
         smallest_gain = gain;
@@ -301,26 +302,28 @@ class Diagnoser {
     }
   }
 
-  /// One link for all after all? Tested with the causes in the model, which the plain test could not do.
-  void TestSharingAgain(Step* final) {
-    if (sharing_ == Sharing::kLink || data_.size() < 2 || plain_.sliders > 1) return;
-    ExtendedState state = final->outcome.state;
+  /// The final fit once more: with one link for all if it may be, tested with the causes in the model, which the plain
+  /// test could not do.
+  ExtendedResult DescribeFinal(const Step& final) {
+    if (sharing_ == Sharing::kLink || data_.size() < 2 || plain_.sliders > 1)
+      return Describe(data_, sharing_, final.extension, final.outcome);
+    ExtendedState state = final.outcome.state;
     Levels mean{};
     for (const Levels& levels : state.link.levels)
       for (std::size_t j = 0; j < mean.size(); ++j) mean[j] += levels[j] / static_cast<double>(data_.size());
     state.link.levels = {mean};
-    const ExtendedOutcome shared = FitExtended(data_, Sharing::kLink, final->extension, state,
-                                               {.max_iterations = 60, .threads = options_.threads});
+    const ExtendedOutcome shared =
+        FitExtended(data_, Sharing::kLink, final.extension, state, {.max_iterations = 60, .threads = options_.threads});
     result_.evaluations += shared.evaluations;
-    const double size = EffectiveSize(*final);
-    const double statistic = LogLikelihoodRatio(shared.chi2, final->outcome.chi2, size);
-    sharing_p_ = CalcChiSquareTail(std::max(0.0, statistic), 3.0 * static_cast<double>(data_.size() - 1));
-    if (!(sharing_p_ > kSharingLevel)) return;
-    sharing_ = Sharing::kLink;
-    final->outcome = shared;
+    const double statistic = LogLikelihoodRatio(shared.chi2, final.outcome.chi2, EffectiveSize(final));
+    const double p = CalcChiSquareTail(std::max(0.0, statistic), 3.0 * static_cast<double>(data_.size() - 1));
+    ExtendedResult described = p > kSharingLevel ? Describe(data_, Sharing::kLink, final.extension, shared)
+                                                 : Describe(data_, sharing_, final.extension, final.outcome);
+    described.sharing_p = p;
+    return described;
   }
 
-  void Judge(const Step& start, Step final) {
+  void Judge(const Step& start, const Step& final) {
     const Structure before = result_.plain.structure;
     if (final.extension.empty()) {
       result_.extended = result_.plain;
@@ -340,11 +343,7 @@ class Diagnoser {
       result_.verdict = before.structured ? Verdict::kUnexplained : Verdict::kAdequate;
       return;
     }
-    const Sharing searched = sharing_;
-    TestSharingAgain(&final);
-    result_.extended = Describe(data_, sharing_, final.extension, final.outcome);
-    result_.extended.sharing_p = sharing_p_;
-    sharing_ = searched;
+    result_.extended = DescribeFinal(final);
     for (Cause& cause : result_.causes) {
       cause.parameters.clear();
       for (const EffectEstimate& e : result_.extended.effects)
@@ -362,7 +361,7 @@ class Diagnoser {
       const int unknowns = CountUnknowns(effect);
       const double statistic = LogLikelihoodRatio(without.outcome.chi2, final.outcome.chi2, size);
       cause.p_value = CalcFamilyWiseP(statistic, unknowns, CountAlternatives(effect), data_.size());
-      cause.delta_bic = -statistic + unknowns * std::log(size) + 2 * std::log(static_cast<double>(catalogue_.size()));
+      cause.delta_bic = -statistic + CalcPenalty(unknowns, size);
       cause.rms_before = CalcStructure(data_, without.extension, without.outcome.state).rms;
       cause.rms_after = CalcStructure(data_, final.extension, final.outcome.state).rms;
       cause.held_out = PredictHeldOut(data_, sharing_, without.extension, without.outcome.state, final.extension,
@@ -387,17 +386,12 @@ class Diagnoser {
   /// Effects that do as well in the place of a cause.
   std::vector<const Effect*> FindRivals(const Step& without, const Step& final, const Effect* effect, double size) {
     std::vector<const Effect*> rivals;
-    const double best = Penalise(final.outcome.chi2, CountUnknowns(effect), size);
-    const auto consider = [&](const Effect* other, double chi2, const std::string& fault) {
-      if (other == effect || final.extension.Has(other) || !fault.empty()) return;
-      if (Penalise(chi2, CountUnknowns(other), size) < best + kRivalBic) rivals.push_back(other);
-    };
     if (!without.extension.empty() && plain_.sliders > 1) return rivals;  // would take as long as all the rest
+    const double best = Penalise(final.outcome.chi2, CountUnknowns(effect), size);
     const std::vector<EffectFit> fits = without.extension.empty() ? singles_ : TryAll(without);
     for (const EffectFit& fit : fits) {
-      if (!fit.refitted || fit.effect == effect) continue;
-      const ExtendedResult described = Describe(data_, sharing_, fit.extension, fit.outcome);
-      consider(fit.effect, fit.outcome.chi2, FindFault(described, fit.effect));
+      if (!fit.refitted || final.extension.Has(fit.effect) || !FindFault(fit).empty()) continue;
+      if (Penalise(fit.outcome.chi2, fit.unknowns, size) < best + kRivalBic) rivals.push_back(fit.effect);
     }
     return rivals;
   }
@@ -405,8 +399,7 @@ class Diagnoser {
   const Identification& plain_;
   const DiagnoseOptions& options_;
   std::vector<FitData> data_;
-  Sharing sharing_;
-  double sharing_p_ = 1;
+  const Sharing sharing_;
   EffectSearch search_;
   std::vector<const Effect*> catalogue_;
   double samples_ = 0;

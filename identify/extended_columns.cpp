@@ -8,70 +8,6 @@
 #include "identify/link_coordinates.h"
 
 namespace uiclink {
-namespace {
-
-/// A coordinate of the link, the number-th of (levels, shape).
-double LinkCoordinate(double value, int /*number*/, double /*type*/) { return value; }
-template <int N>
-Dual<N> LinkCoordinate(double value, int number, const Dual<N>& /*type*/) {
-  return Dual<N>(value, number);
-}
-
-/// Shares exp(u_i) / sum exp(u_j) of n sliders, u_1 = 0; u_2 is coordinate `first`.
-template <typename T>
-std::array<T, kMaxFittedSliders> CalcShares(const double* logs, int n, int first) {
-  using std::exp;
-  std::array<T, kMaxFittedSliders> shares;
-  double largest = 0;
-  for (int i = 1; i < n; ++i) largest = std::max(largest, logs[i - 1]);
-  T sum(0);
-  for (int i = 0; i < n; ++i) {
-    const T log = i == 0 ? T(0) : LinkCoordinate(logs[i - 1], first + i - 1, T());
-    sum += shares[static_cast<std::size_t>(i)] = exp(T(log - largest));
-  }
-  for (int i = 0; i < n; ++i) shares[static_cast<std::size_t>(i)] /= sum;
-  return shares;
-}
-
-/// The link of some coordinates (link_coordinates.h), with its derivatives by them; without use of the heap.
-template <typename T>
-Oscillator<T> MakeLink(const double* levels, const double* shape, int n, double g) {
-  using std::exp;
-  constexpr int kLevels = 3;
-  Oscillator<T> link;
-  link.g = g;
-  link.k = exp(LinkCoordinate(levels[0], 0, T()));
-  const T stiffness = exp(LinkCoordinate(levels[1], 1, T())), friction = exp(LinkCoordinate(levels[2], 2, T()));
-  if (n == 1) {
-    link.Add({.k = stiffness, .T0 = friction});
-    return link;
-  }
-  const auto k = CalcShares<T>(shape, n, kLevels), T0 = CalcShares<T>(shape + (n - 1), n, kLevels + n - 1);
-  for (std::size_t i = 0; i < static_cast<std::size_t>(n); ++i)
-    link.Add({.k = stiffness * k[i], .T0 = friction * T0[i]});
-  return link;
-}
-
-/// Most parameters of an effect: those of a reading, which a Dual<6> carries beside its input.
-constexpr std::size_t kMostParameters = 5;
-
-/// Values of an effect's parameters as its laws are given them (Extension::LawValues without use of the heap).
-std::array<double, kMostParameters> CalcLawValues(const Extension& extension, const Effect* effect,
-                                                  std::span<const double> shared, std::span<const double> own) {
-  std::array<double, kMostParameters> values{};
-  const auto put = [&](std::span<const Extension::Unknown> unknowns, std::span<const double> coordinates) {
-    for (std::size_t i = 0; i < unknowns.size(); ++i) {
-      if (unknowns[i].effect != effect) continue;
-      const bool log = unknowns[i].Parameter().coordinate == Coordinate::kLog;
-      values[unknowns[i].parameter] = log ? std::exp(coordinates[i]) : coordinates[i];
-    }
-  };
-  put(extension.shared(), shared);
-  put(extension.own(), own);
-  return values;
-}
-
-}  // namespace
 
 ExtendedColumns::ExtendedColumns(const Extension& extension, int sliders)
     : extension_(extension),
@@ -117,11 +53,10 @@ bool ExtendedColumns::Evaluate(const FitData& data, std::size_t size, std::size_
 
 bool ExtendedColumns::EvaluatePlain(const FitData& data, const SampleTimes& times, const double* levels,
                                     const double* shape, const double* start, const double* shared) {
-  ExtendedOscillator<double> oscillator = Extend(MakeLink<double>(levels, shape, sliders_, data.g));
+  ExtendedOscillator<double> oscillator = Extend(ToOscillator(levels, shape, sliders_, data.g));
   for (const Effect* effect : extension_.effects()) {
     if (!effect->IsMechanical()) continue;
-    const auto p = CalcLawValues(extension_, effect, {shared, extension_.shared().size()}, {});
-    effect->Extend<double>({p.data(), effect->parameters.size()}, &oscillator);
+    effect->Extend<double>(extension_.CalcLawValues(effect, {shared, extension_.shared().size()}, {}), &oscillator);
   }
   const double duration = std::max(0.0, times[size_ - 1]);
   if (Solve(oscillator, start[0], fit_start_, duration, &plain_, {.tolerance = tolerance_}) != SolveStatus::kOk)
@@ -134,7 +69,7 @@ template <int N>
 bool ExtendedColumns::EvaluateDual(const FitData& data, const SampleTimes& times, const double* levels,
                                    const double* shape, const double* start, const double* shared) {
   using T = Dual<N>;
-  ExtendedOscillator<T> oscillator = Extend(MakeLink<T>(levels, shape, sliders_, data.g));
+  ExtendedOscillator<T> oscillator = Extend(ToOscillator<T>(levels, shape, sliders_, data.g));
   int next = link_ + 1;
   std::array<int, static_cast<std::size_t>(N)> unknown_of{};  // which shared unknown a dual belongs to
   for (const Effect* effect : extension_.effects()) {
@@ -184,8 +119,7 @@ void ExtendedColumns::Read(const FitData& data, std::size_t stride, const double
   };
   for (const Effect* effect : extension_.readings()) {
     if (!offset_added && effect->stage > ReadingStage::kCurve) add_offset();
-    const auto p = CalcLawValues(extension_, effect, shared, own);
-    ReadThrough(effect, {p.data(), effect->parameters.size()}, derivatives);
+    ReadThrough(effect, extension_.CalcLawValues(effect, shared, own), derivatives);
   }
   if (!offset_added) add_offset();
   const double* reading = data.record->y.data() + data.first;

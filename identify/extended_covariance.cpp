@@ -13,31 +13,6 @@ namespace {
 constexpr double kRounding = 1e-12;  // eigenvalues below are directions that the data do not see
 constexpr double kMostCorrelated = 1 - 1e-12;
 
-/// Inverse of J'J, unknowns scaled to a like size first; directions without information get nothing.
-Eigen::MatrixXd Invert(const Eigen::MatrixXd& gram) {
-  Eigen::VectorXd scale = gram.diagonal().cwiseMax(0).cwiseSqrt();
-  for (double& s : scale) s = s > 0 ? 1 / s : 0;
-  const Eigen::MatrixXd scaled = scale.asDiagonal() * gram * scale.asDiagonal();
-  const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> eigen(scaled);
-  Eigen::VectorXd inverse = eigen.eigenvalues();
-  for (double& value : inverse) value = value > kRounding ? 1 / value : 0;
-  const Eigen::MatrixXd vectors = scale.asDiagonal() * eigen.eigenvectors();
-  return vectors * inverse.asDiagonal() * vectors.transpose();
-}
-
-/// d value / d coordinate.
-double CalcSlope(const EffectParameter& parameter, double coordinate) {
-  switch (parameter.coordinate) {
-    case Coordinate::kLog:
-      return std::exp(coordinate);
-    case Coordinate::kInverseSquare:
-      return -0.5 * std::pow(coordinate, -1.5);
-    case Coordinate::kLinear:
-      break;
-  }
-  return 1;
-}
-
 /// One natural parameter: its name, its stated standard deviation, its derivatives by all unknowns.
 struct Row {
   std::string symbol;
@@ -105,7 +80,7 @@ ExtendedCovariance CalcExtendedCovariance(std::span<const FitData> data, const E
     covariance.order.push_back(rows[static_cast<std::size_t>(i)].symbol);
   }
   const Normal normal = CalcNormal(data, result.sharing, result.extension, result.outcome.state, 1);
-  const Eigen::MatrixXd linear = derivatives * Invert(normal.gram) * derivatives.transpose();
+  const Eigen::MatrixXd linear = derivatives * InvertDetermined(normal.gram, kRounding) * derivatives.transpose();
   covariance.matrix = Eigen::MatrixXd::Zero(n, n);
   for (Eigen::Index i = 0; i < n; ++i)
     for (Eigen::Index j = 0; j <= i; ++j) {

@@ -81,12 +81,6 @@ class ExtendedCost final : public ceres::CostFunction {
   std::array<int, 5> widths_{};
 };
 
-std::size_t SamplesWithin(const FitData& data, double seconds) {
-  const auto begin = data.record->t.begin() + static_cast<std::ptrdiff_t>(data.first);
-  const auto end = begin + static_cast<std::ptrdiff_t>(data.size);
-  return static_cast<std::size_t>(std::upper_bound(begin, end, data.record->t[data.first] + seconds) - begin);
-}
-
 /// A fit in progress: the unknowns and the memory of all evaluations.
 class ExtendedFitter {
  public:

@@ -17,7 +17,7 @@ struct ExtendedControl {
   int max_iterations = 60;
   double function_tolerance = 1e-8;  ///< relative fall of the sum of squares at which the last window stops [-]
   double step_tolerance = 1e-9;      ///< of the integrator, see ExtendedSolveOptions
-  int threads = 1;
+  int threads = 1;                   ///< records evaluated side by side; 0: as many as the machine can
 };
 
 struct ExtendedOutcome {

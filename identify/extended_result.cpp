@@ -36,9 +36,8 @@ Structure CalcStructure(std::span<const FitData> data, const Extension& extensio
     double sum = residuals.empty() ? std::numeric_limits<double>::infinity() : 0;
     for (const double x : residuals) sum += x * x;
     const auto n = static_cast<double>(data[r].size);
-    const bool reads = std::any_of(extension.effects().begin(), extension.effects().end(),
-                                   [](const Effect* e) { return e->stage != ReadingStage::kNone; });
-    const double floor = reads && std::isfinite(sum) ? EstimateFloor(data[r], residuals) : data[r].sigma;
+    const double floor =
+        !extension.readings().empty() && std::isfinite(sum) ? EstimateFloor(data[r], residuals) : data[r].sigma;
     structure.rms_of_record.push_back(std::sqrt(sum / n));
     structure.noise_of_record.push_back(floor);
     squares += sum;
@@ -85,17 +84,7 @@ class Describer {
   }
 
  private:
-  /// The same inverse, unknowns scaled to a like size first.
-  Eigen::MatrixXd InvertScaled(const Eigen::MatrixXd& gram) const {
-    Eigen::VectorXd scale(gram.rows());
-    for (Eigen::Index i = 0; i < scale.size(); ++i) scale(i) = gram(i, i) > 0 ? 1 / std::sqrt(gram(i, i)) : 0;
-    const Eigen::MatrixXd scaled = scale.asDiagonal() * gram * scale.asDiagonal();
-    const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> eigen(scaled);
-    Eigen::VectorXd inverse = eigen.eigenvalues();
-    for (double& value : inverse) value = value > 1e-12 ? factor_ / value : 0;
-    return scale.asDiagonal() * eigen.eigenvectors() * inverse.asDiagonal() * eigen.eigenvectors().transpose() *
-           scale.asDiagonal();
-  }
+  Eigen::MatrixXd InvertScaled(const Eigen::MatrixXd& gram) const { return factor_ * InvertDetermined(gram, 1e-12); }
 
   /// Numbers of the coordinates (levels, shape) of one record's link among all unknowns.
   std::vector<Eigen::Index> LinkColumns(std::size_t record) const {
@@ -113,7 +102,6 @@ class Describer {
       const double std = std::min(kUndetermined, CalcLogStd(result_.link, covariance, q));
       AddQuantity(CalcQuantity(result_.link, q), std, NormalBound() * std, 0);
     }
-    result_.covariance = CalcNaturalCovariance(result_.link, covariance);
   }
 
   void AddQuantity(double value, double log_std, double log_half_width, double log_spread) {
@@ -169,35 +157,6 @@ class Describer {
       for (const Shape& own : state_.link.shapes) shape[j] += own[j] / static_cast<double>(records);
     }
     result_.link = ToOscillator(mean, shape, data_[0].g);
-    DescribeMeanCovariance();
-  }
-
-  /// Covariance of the means: their own errors, correlated as the linear problem has them.
-  void DescribeMeanCovariance() {
-    const int n = sliders_;
-    const auto size = static_cast<Eigen::Index>(2 * n + 1);
-    Eigen::MatrixXd weights = Eigen::MatrixXd::Zero(size, map_.size());
-    for (std::size_t r = 0; r < data_.size(); ++r) {
-      const Oscillator<double> link = ToOscillator(state_.link.LevelsOf(r), state_.link.ShapeOf(r), data_[r].g);
-      const std::vector<Eigen::Index> columns = LinkColumns(r);
-      for (int q = 0; q < 2 * n + 1; ++q) {
-        const Eigen::RowVectorXd gradient = CalcLogGradient(link, q);
-        for (std::size_t i = 0; i < columns.size(); ++i)
-          weights(q, columns[i]) += gradient(static_cast<Eigen::Index>(i)) / static_cast<double>(data_.size());
-      }
-    }
-    Eigen::MatrixXd logs = weights * all_ * weights.transpose();
-    for (Eigen::Index q = 0; q < size; ++q) {
-      const Estimate& e = result_.quantities[static_cast<std::size_t>(q)];
-      const double wanted = e.std, have = e.value * std::sqrt(std::max(1e-300, logs(q, q)));
-      logs.row(q) *= wanted / have;
-      logs.col(q) *= wanted / have;
-    }
-    Eigen::VectorXd values(size);
-    for (Eigen::Index q = 0; q < size; ++q) values(q) = result_.quantities[static_cast<std::size_t>(q)].value;
-    result_.covariance = logs;
-    for (Eigen::Index i = 0; i < size; ++i)
-      for (Eigen::Index j = 0; j < size; ++j) result_.covariance(i, j) = logs(i, j) * values(i) * values(j);
   }
 
   void DescribeEffects() {
@@ -205,16 +164,6 @@ class Describer {
       DescribeSharedOf(effect);
       DescribeOwnOf(effect);
     }
-  }
-
-  static bool IsAtBound(const Extension::Unknown& unknown, double value) {
-    const double width = unknown.high - unknown.low;
-    const double neutral = ToCoordinate(unknown.Parameter(), unknown.effect->neutral);
-    const auto at = [&](double bound) {
-      if (unknown.parameter == 0 && bound == neutral) return false;
-      return std::abs(value - bound) < 1e-6 * std::min(width, std::abs(unknown.scale) * 1e3);
-    };
-    return at(unknown.low) || at(unknown.high);
   }
 
   void DescribeSharedOf(const Effect* effect) {
@@ -236,10 +185,8 @@ class Describer {
       estimate.low = FromCoordinate(parameter, low);
       estimate.high = FromCoordinate(parameter, high);
       if (estimate.low > estimate.high) std::swap(estimate.low, estimate.high);
-      estimate.std = parameter.coordinate == Coordinate::kLinear ? std
-                     : parameter.coordinate == Coordinate::kLog  ? estimate.value * std
-                                                                 : 0.5 * std * std::pow(std::max(x, 1e-300), -1.5);
-      estimate.at_bound = IsAtBound(unknowns[i], x);
+      estimate.std = std * std::abs(CalcSlope(parameter, x));
+      estimate.at_bound = unknowns[i].IsAtBound(x);
       result_.effects.push_back(estimate);
     }
   }

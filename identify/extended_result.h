@@ -42,7 +42,6 @@ struct ExtendedResult {
   Oscillator<double> link;           ///< shared link, or population mean
   std::vector<Estimate> quantities;  ///< by CountQuantities
   std::vector<EffectEstimate> effects;
-  Eigen::MatrixXd covariance;  ///< of (k, k1..kn, T01..T0n)
 };
 
 /// Estimates and bounds of a fitted extended model. A link per record gives population means (statistics.h), to whose

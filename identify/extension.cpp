@@ -25,6 +25,15 @@ Extension::Extension(std::vector<const Effect*> effects) : effects_(std::move(ef
                    [](const Effect* a, const Effect* b) { return a->stage < b->stage; });
 }
 
+bool Extension::Unknown::IsAtBound(double coordinate) const {
+  const double neutral = ToCoordinate(Parameter(), effect->neutral);
+  const auto at = [&](double bound) {
+    if (parameter == 0 && bound == neutral) return false;
+    return std::abs(coordinate - bound) < 1e-6 * std::min(high - low, std::abs(scale) * 1e3);
+  };
+  return at(low) || at(high);
+}
+
 bool Extension::Has(const Effect* effect) const {
   return std::find(effects_.begin(), effects_.end(), effect) != effects_.end();
 }
@@ -61,9 +70,9 @@ double LawValue(const Extension::Unknown& unknown, double coordinate) {
 Extension::Range Extension::SharedOf(const Effect* effect) const { return RangeOf(shared_, effect); }
 Extension::Range Extension::OwnOf(const Effect* effect) const { return RangeOf(own_, effect); }
 
-std::vector<double> Extension::LawValues(const Effect* effect, std::span<const double> shared,
-                                         std::span<const double> own) const {
-  std::vector<double> values(effect->parameters.size());
+LawValues Extension::CalcLawValues(const Effect* effect, std::span<const double> shared,
+                                   std::span<const double> own) const {
+  LawValues values(effect->parameters.size());
   for (std::size_t i = 0; i < shared_.size(); ++i)
     if (shared_[i].effect == effect) values[shared_[i].parameter] = LawValue(shared_[i], shared[i]);
   for (std::size_t i = 0; i < own_.size(); ++i)
@@ -93,6 +102,18 @@ double FromCoordinate(const EffectParameter& parameter, double coordinate) {
       break;
   }
   return coordinate;
+}
+
+double CalcSlope(const EffectParameter& parameter, double coordinate) {
+  switch (parameter.coordinate) {
+    case Coordinate::kLog:
+      return std::exp(coordinate);
+    case Coordinate::kInverseSquare:
+      return -0.5 * std::pow(coordinate, -1.5);
+    case Coordinate::kLinear:
+      break;
+  }
+  return 1;
 }
 
 namespace {
@@ -135,8 +156,7 @@ ExtendedOscillator<double> MakeExtendedOscillator(const Oscillator<double>& link
   ExtendedOscillator<double> oscillator = Extend(link);
   for (const Effect* effect : extension.effects()) {
     if (!effect->IsMechanical()) continue;
-    const std::vector<double> p = extension.LawValues(effect, shared, {});
-    effect->Extend<double>(p, &oscillator);
+    effect->Extend<double>(extension.CalcLawValues(effect, shared, {}), &oscillator);
   }
   return oscillator;
 }

@@ -1,5 +1,7 @@
 #pragma once
 
+#include <array>
+#include <cassert>
 #include <span>
 #include <string>
 #include <vector>
@@ -9,6 +11,25 @@
 #include "model/extended_oscillator.h"
 
 namespace uiclink {
+
+/// Most parameters of an effect: those of a reading, which a Dual<6> carries beside its input.
+inline constexpr std::size_t kMostParameters = 5;
+
+/// Values of an effect's parameters as its laws are given them, in the order of the effect. Needs no memory of its own:
+/// every evaluation of a fit asks for them.
+class LawValues {
+ public:
+  explicit LawValues(std::size_t size) : size_(size) { assert(size <= kMostParameters); }
+
+  std::size_t size() const { return size_; }
+  double operator[](std::size_t i) const { return values_[i]; }
+  double& operator[](std::size_t i) { return values_[i]; }
+  operator std::span<const double>() const { return {values_.data(), size_}; }  // NOLINT(google-explicit-constructor)
+
+ private:
+  std::array<double, kMostParameters> values_{};
+  std::size_t size_;
+};
 
 /// The plain model with effects added to it: which unknowns it has beside those of the link.
 ///   shared  parameters of Scope::kLink, effect after effect, in the coordinates of the fit
@@ -23,6 +44,8 @@ class Extension {
     double scale = 1;           ///< a typical value, in coordinates
 
     const EffectParameter& Parameter() const { return effect->parameters[parameter]; }
+    /// A fit that ended there at a bound that is not the neutral value: the data do not want the effect as it is.
+    bool IsAtBound(double coordinate) const;
   };
 
   Extension() = default;
@@ -49,9 +72,8 @@ class Extension {
   Range SharedOf(const Effect* effect) const;
   Range OwnOf(const Effect* effect) const;
 
-  /// Values of an effect's parameters as its laws are given them, in the order of the effect.
-  std::vector<double> LawValues(const Effect* effect, std::span<const double> shared,
-                                std::span<const double> own) const;
+  /// @param own  may be empty for an effect without parameters of Scope::kRecord.
+  LawValues CalcLawValues(const Effect* effect, std::span<const double> shared, std::span<const double> own) const;
 
  private:
   std::vector<const Effect*> effects_, readings_;
@@ -62,6 +84,8 @@ class Extension {
 /// Coordinate of the fit for a value of a parameter, and back. Infinite lengths are 0 in Coordinate::kInverseSquare.
 double ToCoordinate(const EffectParameter& parameter, double value);
 double FromCoordinate(const EffectParameter& parameter, double coordinate);
+/// d value / d coordinate.
+double CalcSlope(const EffectParameter& parameter, double coordinate);
 
 /// Unknowns of an extended fit.
 struct ExtendedState {

@@ -119,12 +119,6 @@ bool CreptAtLast(const ceres::Solver::Summary& summary) {
   return summary.iterations[n - kLast - 1].cost - summary.final_cost < kHardly * summary.final_cost;
 }
 
-std::size_t SamplesWithin(const FitData& data, double seconds) {
-  const auto begin = data.record->t.begin() + static_cast<std::ptrdiff_t>(data.first);
-  const auto end = begin + static_cast<std::ptrdiff_t>(data.size);
-  return static_cast<std::size_t>(std::upper_bound(begin, end, data.record->t[data.first] + seconds) - begin);
-}
-
 /// A fit in progress: the unknowns and the memory of all evaluations.
 template <int n>
 class Fitter {
@@ -190,7 +184,7 @@ class Fitter {
     options.function_tolerance = last ? control.function_tolerance : 1e-3;
     options.gradient_tolerance = 1e-14;
     options.parameter_tolerance = last ? 1e-12 : 1e-5;
-    options.num_threads = std::min(control.threads, CountThreads(0));  // Ceres complains of more in its log
+    options.num_threads = std::min(CountThreads(control.threads), CountThreads(0));  // more end up in Ceres' log
     if (data_.size() == 1) {
       options.linear_solver_type = ceres::DENSE_QR;  // a dozen rows and columns
     } else {
@@ -287,6 +281,12 @@ auto WithSliders(int sliders, Use use) {
 }
 
 }  // namespace
+
+std::size_t SamplesWithin(const FitData& data, double seconds) {
+  const auto begin = data.record->t.begin() + static_cast<std::ptrdiff_t>(data.first);
+  const auto end = begin + static_cast<std::ptrdiff_t>(data.size);
+  return static_cast<std::size_t>(std::upper_bound(begin, end, data.record->t[data.first] + seconds) - begin);
+}
 
 FitOutcome Fit(std::span<const FitData> data, Sharing sharing, const FitState& initial, const FitControl& control) {
   return WithSliders(CountSliders(initial.shape),

@@ -28,6 +28,9 @@ struct FitData {
   double smallest = 0;  ///< smallest amplitude that the record resolves [m]; 0: unknown, no limit
 };
 
+/// Number of samples within some time [s] of the first one.
+std::size_t SamplesWithin(const FitData& data, double seconds);
+
 /// Where a fit does not go, because the model means nothing there. They only matter where the data say too little or
 /// the model lacks something; a bound that ends at one of them is called open.
 ///   zero of the sensor within a quarter of the first amplitude from the centre of the late motion
@@ -70,7 +73,7 @@ struct FitControl {
   bool fix_shape = false;  ///< the shape is held, levels and starts are free
   int max_iterations = 200;
   double function_tolerance = 1e-9;  ///< relative fall of the sum of squares at which the last window stops [-]
-  int threads = 1;                   ///< records evaluated side by side
+  int threads = 1;                   ///< records evaluated side by side; 0: as many as the machine can
 };
 
 struct FitOutcome {

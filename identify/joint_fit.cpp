@@ -93,11 +93,10 @@ class JointFit {
       FitState state = Record(order[i * (order.size() / 2)]).own.state;
       state.starts.clear();
       for (std::size_t r = 0; r < used_.size(); ++r) state.starts.push_back(Record(r).own.state.starts[0]);
-      KeepBetter(Fit(data_, Sharing::kLink, state,
-                     {.max_iterations = kSloppyIterations,
-                      .function_tolerance = kSloppyTolerance,
-                      .threads = CountThreads(threads_)}),
-                 &best);
+      KeepBetter(
+          Fit(data_, Sharing::kLink, state,
+              {.max_iterations = kSloppyIterations, .function_tolerance = kSloppyTolerance, .threads = threads_}),
+          &best);
     }
     return best;
   }

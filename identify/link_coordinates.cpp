@@ -1,6 +1,7 @@
 #include "identify/link_coordinates.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 
 namespace uiclink {
@@ -8,15 +9,26 @@ namespace {
 
 constexpr int kLevels = 3;
 
-std::vector<double> Shares(const double* logs, int n) {
-  std::vector<double> shares(static_cast<std::size_t>(n));
-  double largest = 0, sum = 0;
+/// A coordinate, the number-th of (levels, shape).
+double SeedCoordinate(double value, int /*number*/, double /*type*/) { return value; }
+template <int N>
+Dual<N> SeedCoordinate(double value, int number, const Dual<N>& /*type*/) {
+  return Dual<N>(value, number);
+}
+
+/// Shares exp(u_i) / sum exp(u_j) of n sliders, u_1 = 0; u_2 is coordinate `first`.
+template <typename T>
+std::array<T, kMaxFittedSliders> CalcShares(const double* logs, int n, int first) {
+  using std::exp;
+  std::array<T, kMaxFittedSliders> shares;
+  double largest = 0;
   for (int i = 1; i < n; ++i) largest = std::max(largest, logs[i - 1]);
+  T sum(0);
   for (int i = 0; i < n; ++i) {
-    shares[static_cast<std::size_t>(i)] = std::exp((i == 0 ? 0.0 : logs[i - 1]) - largest);
-    sum += shares[static_cast<std::size_t>(i)];
+    const T log = i == 0 ? T(0) : SeedCoordinate(logs[i - 1], first + i - 1, T());
+    sum += shares[static_cast<std::size_t>(i)] = exp(T(log - largest));
   }
-  for (double& share : shares) share /= sum;
+  for (int i = 0; i < n; ++i) shares[static_cast<std::size_t>(i)] /= sum;
   return shares;
 }
 
@@ -42,16 +54,27 @@ Oscillator<double> ToOscillator(const Levels& levels, const Shape& shape, double
   return ToOscillator(levels.data(), shape.data(), CountSliders(shape), g);
 }
 
-Oscillator<double> ToOscillator(const double* levels, const double* shape, int n, double g) {
-  const std::vector<double> stiffness = Shares(shape, n);
-  const std::vector<double> friction = Shares(shape + (n - 1), n);
-  Oscillator<double> link;
+template <typename T>
+Oscillator<T> ToOscillator(const double* levels, const double* shape, int n, double g) {
+  using std::exp;
+  Oscillator<T> link;
   link.g = g;
-  link.k = std::exp(levels[0]);
+  link.k = exp(SeedCoordinate(levels[0], 0, T()));
+  const T stiffness = exp(SeedCoordinate(levels[1], 1, T())), friction = exp(SeedCoordinate(levels[2], 2, T()));
+  if (n == 1) {
+    link.Add({.k = stiffness, .T0 = friction});
+    return link;
+  }
+  const auto k = CalcShares<T>(shape, n, kLevels), T0 = CalcShares<T>(shape + (n - 1), n, kLevels + n - 1);
   for (std::size_t i = 0; i < static_cast<std::size_t>(n); ++i)
-    link.Add({.k = std::exp(levels[1]) * stiffness[i], .T0 = std::exp(levels[2]) * friction[i]});
+    link.Add({.k = stiffness * k[i], .T0 = friction * T0[i]});
   return link;
 }
+template Oscillator<double> ToOscillator(const double*, const double*, int, double);
+template Oscillator<Dual<6>> ToOscillator(const double*, const double*, int, double);
+template Oscillator<Dual<8>> ToOscillator(const double*, const double*, int, double);
+template Oscillator<Dual<12>> ToOscillator(const double*, const double*, int, double);
+template Oscillator<Dual<16>> ToOscillator(const double*, const double*, int, double);
 
 void FromOscillator(const Oscillator<double>& oscillator, Levels* levels, Shape* shape) {
   const std::size_t n = oscillator.sliders().size();

@@ -22,8 +22,10 @@ using Shape = std::vector<double>;  // 2 (n - 1)
 
 int CountSliders(const Shape& shape);
 Oscillator<double> ToOscillator(const Levels& levels, const Shape& shape, double g);
-/// The same from bare memory: three levels and, for n > 1, 2 (n - 1) numbers of the shape.
-Oscillator<double> ToOscillator(const double* levels, const double* shape, int n, double g);
+/// The same from bare memory: three levels and, for n > 1, 2 (n - 1) numbers of the shape; n <= kMaxFittedSliders. A
+/// dual has the derivatives by these coordinates, in this order from its first one on.
+template <typename T = double>
+Oscillator<T> ToOscillator(const double* levels, const double* shape, int n, double g);
 void FromOscillator(const Oscillator<double>& oscillator, Levels* levels, Shape* shape);
 /// Derivatives of (k, k1..kn, T01..T0n) with respect to (levels, shape).
 Eigen::MatrixXd CalcNaturalDerivatives(const Oscillator<double>& link);

@@ -50,22 +50,16 @@ Normal CalcNormal(std::span<const FitData> data, Sharing sharing, const Extensio
   return normal;
 }
 
-namespace {
-
-/// Solves a symmetric positive semidefinite system; directions that are zero within rounding get nothing.
-Eigen::MatrixXd SolveDetermined(const Eigen::MatrixXd& matrix, const Eigen::MatrixXd& right) {
-  constexpr double kRounding = 1e-11;
+Eigen::MatrixXd InvertDetermined(const Eigen::MatrixXd& matrix, double rounding) {
   Eigen::VectorXd scale = matrix.diagonal().cwiseMax(0).cwiseSqrt();
   for (double& s : scale) s = s > 0 ? 1 / s : 0;
   const Eigen::MatrixXd scaled = scale.asDiagonal() * matrix * scale.asDiagonal();
   const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> eigen(scaled);
   Eigen::VectorXd inverse = eigen.eigenvalues();
-  for (double& value : inverse) value = value > kRounding ? 1 / value : 0;
-  const Eigen::MatrixXd projected = eigen.eigenvectors().transpose() * (scale.asDiagonal() * right);
-  return scale.asDiagonal() * (eigen.eigenvectors() * (inverse.asDiagonal() * projected));
+  for (double& value : inverse) value = value > rounding ? 1 / value : 0;
+  const Eigen::MatrixXd vectors = scale.asDiagonal() * eigen.eigenvectors();
+  return vectors * inverse.asDiagonal() * vectors.transpose();
 }
-
-}  // namespace
 
 Score TestScore(const Normal& normal, std::span<const Eigen::Index> tested) {
   std::vector<Eigen::Index> visible, others;
@@ -79,11 +73,12 @@ Score TestScore(const Normal& normal, std::span<const Eigen::Index> tested) {
   const Eigen::MatrixXd base = normal.gram(others, others);
   const Eigen::MatrixXd cross = normal.gram(others, visible);
   const Eigen::VectorXd base_gradient = normal.gradient(others);
-  const Eigen::MatrixXd absorbed = SolveDetermined(base, cross);
+  constexpr double kRounding = 1e-11;
+  const Eigen::MatrixXd absorbed = InvertDetermined(base, kRounding) * cross;
   const Eigen::MatrixXd own = normal.gram(visible, visible);
   const Eigen::MatrixXd projected = own - cross.transpose() * absorbed;
   const Eigen::VectorXd gradient = Eigen::VectorXd(normal.gradient(visible)) - absorbed.transpose() * base_gradient;
-  const Eigen::VectorXd step = -SolveDetermined(projected, gradient);
+  const Eigen::VectorXd step = -InvertDetermined(projected, kRounding) * gradient;
   score.statistic = -gradient.dot(step);
   score.visibility = std::sqrt(std::max(0.0, projected.trace() / own.trace()));
   for (std::size_t i = 0; i < visible.size(); ++i) {

@@ -33,6 +33,10 @@ struct Normal {
 Normal CalcNormal(std::span<const FitData> data, Sharing sharing, const Extension& extension,
                   const ExtendedState& state, std::size_t stride);
 
+/// Inverse of a symmetric positive semidefinite matrix, unknowns scaled to a like size first; directions whose scaled
+/// eigenvalue is below `rounding` are not determined and get nothing.
+Eigen::MatrixXd InvertDetermined(const Eigen::MatrixXd& matrix, double rounding);
+
 /// What a score (Lagrange-multiplier) test says about some of the unknowns, the others being fitted.
 struct Score {
   double statistic = 0;   ///< fall of the sum of squares that a linear step by these unknowns promises

@@ -2,16 +2,16 @@
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
 
 #include "model/damped_swing.h"
 #include "model/dormand_prince.h"
 #include "model/dual_sum.h"
+#include "model/extended_mode.h"
+#include "model/find_zero.h"
 
 namespace uiclink {
 namespace {
 
-constexpr double kInfinity = std::numeric_limits<double>::infinity();
 /// Distances below this share of the start displacement are none: a few roundings of the terms that they are sums of.
 constexpr double kTiny = 1e-13;
 /// The rounding of a displacement, as a share of the start displacement: no event can be found closer.
@@ -30,36 +30,6 @@ Dual<N> Infinitesimal(Dual<N> x) {
   x.a = 0;
   return x;
 }
-
-/// |v| for a mass that moves in direction d.
-template <typename T>
-T SpeedOf(const T& v, double d) {
-  return d * v;
-}
-
-/// What a slider does.
-enum class Hold : std::uint8_t {
-  kSticks,  ///< its spring is loaded or slack-free
-  kLoose,   ///< within its clearance: no force
-  kSlides,
-};
-
-template <typename T>
-struct SliderState {
-  T p{};        ///< position of the slider [m], while it does not slide
-  T neutral{};  ///< where its spring has no force [m], while it does not slide
-  T load{};     ///< k times that [-]
-  Hold hold = Hold::kSticks;
-  double side = 1;  ///< end of the clearance at which the spring is engaged
-};
-
-/// The force between two events:  y''/g = C - K y - B v - d S F(t, |v|) + forces,  F the joints' friction factor L.
-template <typename T>
-struct ModeForces {
-  T K{}, B{}, C{};
-  T S{};                ///< sum of k y_c of sliding joints [-]
-  bool slides = false;  ///< any joint slides, and its friction changes: a constant one is in C
-};
 
 using dormand_prince::Step;
 
@@ -84,25 +54,18 @@ struct PolynomialArc {
 template <typename T>
 class ExtendedWalk {
  public:
+  using Next = typename ExtendedMode<T>::Next;
+
   ExtendedWalk(const ExtendedOscillator<T>& oscillator, const T& y0, double clock, double duration,
                const ExtendedSolveOptions& options, ExtendedTrajectory<T>* out)
-      : o_(oscillator), clock_(clock), duration_(duration), options_(options), out_(*out), y_(y0) {
+      : o_(oscillator),
+        clock_(clock),
+        duration_(duration),
+        options_(options),
+        out_(*out),
+        mode_(oscillator, y0, clock),
+        y_(y0) {
     scale_ = std::abs(Value(y0));
-    damped_ = o_.has_strengthening || !IsAbsent(o_.damping);
-    asymmetric_ = !IsAbsent(o_.asymmetry);
-    limits_vary_ = o_.has_drift || o_.has_strengthening || !o_.speed_terms.empty();
-    for (const SpeedTerm<T>& term : o_.speed_terms.items()) sticking_share_ += term.sticking(term.p);
-    const double side = Value(y0) < 0 ? -1 : 1;
-    const auto sliders = o_.sliders.items();
-    for (std::size_t i = 0; i < sliders.size(); ++i) {
-      slip_[i] = sliders[i].k * sliders[i].y_c;
-      state_[i].p = y0 - side * CalcDeflectionAtExtremum(o_, i, y0, clock);
-      state_[i].side = side;
-      Load(i);
-    }
-    const auto stops = o_.stops.items();
-    for (std::size_t i = 0; i < stops.size(); ++i) stop_active_[i] = Beyond(stops[i], Value(y_)) > 0;
-    d_ = side;
     StartFromRest();
   }
 
@@ -112,9 +75,10 @@ class ExtendedWalk {
         AppendRest();
         return SolveStatus::kOk;
       }
-      SettleAtLimits();
-      const ModeForces<T> forces = CalcMode();
-      const bool goes_on = IsAffine(forces) ? WalkClosedForm(forces) : WalkNumerically(forces);
+      mode_.SettleAtLimits(t_, y_, v_, kTiny * scale_);
+      const ModeForces<T> forces = mode_.CalcForces(t_);
+      const bool closed_form = !options_.always_integrate && mode_.IsAffine(forces);
+      const bool goes_on = closed_form ? WalkClosedForm(forces) : WalkNumerically(forces);
       if (failed_) return SolveStatus::kNotFinite;
       if (!goes_on) return SolveStatus::kOk;
       out_.CountEvent();
@@ -123,200 +87,6 @@ class ExtendedWalk {
   }
 
  private:
-  // --- Friction limits -----------------------------------------------------------------------------------------
-
-  bool ActsOn(std::size_t i) const { return o_.sliders.items()[i].joint; }
-  bool HasGap(std::size_t i) const { return o_.has_gap && ActsOn(i); }
-
-  /// Factor of T0 by drift and asymmetry; t since the start of the run.
-  T DriftFactor(const T& t) const {
-    T factor(1);
-    if (o_.has_drift) factor += o_.drift * (t + clock_);
-    if (asymmetric_) factor *= T(1) + d_ * o_.asymmetry;
-    return factor;
-  }
-  double DriftFactorValue(double t) const {
-    return (1 + Value(o_.drift) * (t + clock_)) * (1 + d_ * Value(o_.asymmetry));
-  }
-
-  /// Friction factor L of a joint that slides.
-  T SlidingFactor(const T& t, const T& speed) const {
-    T factor(1);
-    if (o_.has_strengthening) factor += o_.strengthening * speed;
-    for (const SpeedTerm<T>& term : o_.speed_terms.items()) factor += term.sliding(term.p, speed);
-    return o_.has_drift || asymmetric_ ? T(factor * DriftFactor(t)) : factor;
-  }
-
-  /// The same at which a joint that sticks breaks out.
-  T StickingFactor(const T& t, const T& speed) const {
-    return (T(1) + o_.strengthening * speed + sticking_share_) * DriftFactor(t);
-  }
-
-  double StickingLimitValue(std::size_t i, double t, double speed) const {
-    const ExtendedSlider<T>& slider = o_.sliders.items()[i];
-    if (!slider.joint) return Value(slider.y_c);
-    return Value(slider.y_c) * (1 + Value(o_.strengthening) * speed + Value(sticking_share_)) * DriftFactorValue(t);
-  }
-
-  /// The limit of a joint that sticks changes while it sticks.
-  bool LimitMoves(std::size_t i) const { return ActsOn(i) && (o_.has_drift || o_.has_strengthening); }
-
-  // --- Springs, stops, mode ------------------------------------------------------------------------------------
-
-  /// Brings what follows from the position and the side of a slider that does not slide up to date.
-  void Load(std::size_t i) {
-    SliderState<T>& s = state_[i];
-    s.neutral = HasGap(i) ? T(s.p + s.side * o_.gap) : s.p;
-    s.load = o_.sliders.items()[i].k * s.neutral;
-  }
-
-  /// How far the mass is beyond a stop, > 0 in contact.
-  static double Beyond(const Stop<T>& stop, double y) {
-    const double position = Value(stop.position);
-    return position > 0 ? y - position : position - y;
-  }
-
-  ModeForces<T> CalcMode() const {
-    ModeForces<T> forces{.K = o_.k, .B = o_.damping};
-    const auto sliders = o_.sliders.items();
-    for (std::size_t i = 0; i < sliders.size(); ++i) {
-      const ExtendedSlider<T>& slider = sliders[i];
-      if (state_[i].hold == Hold::kSticks) {
-        forces.K += slider.k;
-        forces.C += state_[i].load;
-      } else if (state_[i].hold == Hold::kSlides) {
-        if (!slider.joint) {
-          forces.C -= d_ * slip_[i];
-        } else {
-          forces.S += slip_[i];
-          forces.slides = true;
-        }
-      }
-    }
-    if (forces.slides && !limits_vary_) {
-      forces.C -= asymmetric_ ? T(d_ * (forces.S * DriftFactor(t_))) : T(d_ * forces.S);
-      forces.slides = false;
-    }
-    const auto stops = o_.stops.items();
-    for (std::size_t i = 0; i < stops.size(); ++i) {
-      if (!stop_active_[i]) continue;
-      forces.K += stops[i].k;
-      forces.C += stops[i].k * stops[i].position;
-    }
-    if (o_.has_rolling) forces.C -= d_ * o_.rolling;
-    return forces;
-  }
-
-  bool IsAffine(const ModeForces<T>& forces) const {
-    if (options_.always_integrate || !o_.forces.empty()) return false;
-    return !forces.slides || (o_.speed_terms.empty() && !(o_.has_drift && o_.has_strengthening));
-  }
-
-  T Acceleration(const ModeForces<T>& forces, const T& t, const T& y, const T& v) const {
-    const double g = o_.g, K = Value(forces.K), B = Value(forces.B), y_value = Value(y), v_value = Value(v);
-    const double linear = g * (Value(forces.C) - K * y_value - B * v_value);
-    T a = damped_ ? Propagate<T>(
-                        linear,
-                        {{g, forces.C}, {-g * K, y}, {-g * y_value, forces.K}, {-g * B, v}, {-g * v_value, forces.B}})
-                  : Propagate<T>(linear, {{g, forces.C}, {-g * K, y}, {-g * y_value, forces.K}});
-    if (forces.slides) a -= (g * d_) * (forces.S * SlidingFactor(t, SpeedOf(v, d_)));
-    if (o_.forces.empty()) return a;
-    const Motion<T> motion{.t = t + clock_, .y = y, .v = v};
-    for (const ForceTerm<T>& term : o_.forces.items()) a = Sum<T>({{1, a}, {g, term.force(term.p, motion)}});
-    return a;
-  }
-
-  /// Force at rest without the friction of rolling [-].
-  double RestForce() const {
-    ModeForces<T> forces = CalcMode();
-    if (o_.has_rolling) forces.C += d_ * o_.rolling;
-    return Value(Acceleration(forces, t_, y_, T(0))) / o_.g;
-  }
-
-  // --- Thresholds: displacements at which the mode changes -----------------------------------------------------
-
-  /// Where something happens to a slider next while the mass moves on [m].
-  double Threshold(std::size_t i) const {
-    const SliderState<T>& s = state_[i];
-    const double gap = Value(o_.gap);
-    if (s.hold == Hold::kLoose) return Value(s.p) + d_ * gap;
-    if (HasGap(i) && s.side != d_) return Value(s.p) + s.side * gap;  // unloads into the clearance
-    return Value(s.neutral) + d_ * StickingLimitValue(i, Value(t_), 0);
-  }
-
-  bool BreaksOut(std::size_t i) const {
-    return state_[i].hold == Hold::kSticks && (!HasGap(i) || state_[i].side == d_);
-  }
-
-  void PassThreshold(std::size_t i) {
-    SliderState<T>& s = state_[i];
-    if (s.hold == Hold::kLoose) {
-      s.hold = Hold::kSticks;
-      s.side = d_;
-      Load(i);
-    } else if (BreaksOut(i)) {
-      s.hold = Hold::kSlides;
-    } else {
-      s.hold = Hold::kLoose;
-    }
-  }
-
-  /// Everything that is at its threshold already changes before the arc starts.
-  void SettleAtLimits() {
-    for (std::size_t i = 0; i < o_.sliders.size(); ++i) {
-      for (int pass = 0; pass < 3 && state_[i].hold != Hold::kSlides; ++pass) {
-        const double limit = BreaksOut(i) && LimitMoves(i)
-                                 ? Value(state_[i].neutral) + d_ * StickingLimitValue(i, Value(t_), d_ * Value(v_))
-                                 : Threshold(i);
-        if (d_ * (limit - Value(y_)) > kTiny * scale_) break;
-        PassThreshold(i);
-      }
-    }
-  }
-
-  /// Number of a slider or (beyond these) of a stop, and how far away its threshold is.
-  struct Next {
-    std::size_t what = 0;
-    double distance = kInfinity;
-    double y = 0;
-
-    bool exists() const { return distance < kInfinity; }
-  };
-
-  Next FindNextThreshold() const {
-    Next next;
-    const double y = Value(y_);
-    const auto consider = [&](std::size_t what, double threshold) {
-      const double distance = d_ * (threshold - y);
-      if (distance < next.distance) next = {.what = what, .distance = std::max(0.0, distance), .y = threshold};
-    };
-    for (std::size_t i = 0; i < o_.sliders.size(); ++i) {
-      if (state_[i].hold == Hold::kSlides || (BreaksOut(i) && LimitMoves(i))) continue;
-      consider(i, Threshold(i));
-    }
-    const auto stops = o_.stops.items();
-    for (std::size_t i = 0; i < stops.size(); ++i) {
-      const double position = Value(stops[i].position);
-      const bool away = position * d_ < 0;
-      if (stop_active_[i] == away) consider(o_.sliders.size() + i, position);
-    }
-    return next;
-  }
-
-  void Pass(std::size_t what) {
-    const std::size_t sliders = o_.sliders.size();
-    if (what >= sliders) {
-      stop_active_[what - sliders] = !stop_active_[what - sliders];
-    } else {
-      PassThreshold(what);
-    }
-  }
-
-  /// Reserve of a slider whose limit moves: > 0 while it sticks [m].
-  double MovingReserve(std::size_t i, double t, double y, double v) const {
-    return StickingLimitValue(i, t, std::max(0.0, d_ * v)) - d_ * (y - Value(state_[i].neutral));
-  }
-
   // --- Events --------------------------------------------------------------------------------------------------
 
   /// Moves the state by an infinitesimal time that carries the derivatives of an event's time.
@@ -328,49 +98,22 @@ class ExtendedWalk {
 
   void TurnRound(const ModeForces<T>& forces) {
     SetValue(v_, 0.0);
-    const double a = Value(Acceleration(forces, t_, y_, v_));
+    const double a = Value(mode_.CalcAcceleration(forces, t_, y_, v_));
     if (std::abs(a) > kGraze) Lift(Infinitesimal(T(-v_ / a)), a);
     v_ = T(0);
-    const auto sliders = o_.sliders.items();
-    for (std::size_t i = 0; i < sliders.size(); ++i)
-      if (state_[i].hold == Hold::kSlides) Stick(i, t_, T(0));
+    mode_.StickAll(t_, y_);
     StartFromRest();
   }
 
-  /// A slider stops sliding.
-  void Stick(std::size_t i, const T& t, const T& speed) {
-    const ExtendedSlider<T>& slider = o_.sliders.items()[i];
-    const bool varies = slider.joint && (limits_vary_ || asymmetric_);
-    const T reach = varies ? T(slider.y_c * SlidingFactor(t, speed)) : slider.y_c;
-    state_[i].p = y_ - d_ * (HasGap(i) ? T(reach + o_.gap) : reach);
-    state_[i].hold = Hold::kSticks;
-    state_[i].side = d_;
-    Load(i);
-  }
-
-  /// Direction of the motion that starts from rest, or none.
-  void StartFromRest() {
-    const double force = RestForce();
-    held_ = o_.has_rolling && std::abs(force) <= Value(o_.rolling);
-    if (force != 0) {
-      d_ = force > 0 ? 1 : -1;
-    } else {
-      held_ = true;
-    }
-  }
+  void StartFromRest() { held_ = !mode_.StartFromRest(t_, y_); }
 
   /// A breakout at which the force jumps: the derivative of its time counts.
   void LiftBreakout(const ModeForces<T>& forces, std::size_t i) {
-    if (o_.speed_terms.empty() || !ActsOn(i)) return;
-    const T factor = StickingFactor(t_, SpeedOf(v_, d_));
-    const T reserve = o_.sliders.items()[i].y_c * factor - d_ * (y_ - state_[i].neutral);
-    const double a = Value(Acceleration(forces, t_, y_, v_));
-    const double drift = DriftFactorValue(Value(t_));
-    const double growth = drift * Value(o_.strengthening) * d_ * a +
-                          Value(factor) / drift * Value(o_.drift) * (1 + d_ * Value(o_.asymmetry));
-    const double rate = Value(o_.sliders.items()[i].y_c) * growth - d_ * Value(v_);
-    if (std::abs(rate) < kGraze) return;
-    Lift(Infinitesimal(T(-reserve / rate)), a);
+    if (o_.speed_terms.empty() || !o_.sliders.items()[i].joint) return;
+    const double a = Value(mode_.CalcAcceleration(forces, t_, y_, v_));
+    const auto reserve = mode_.CalcBreakout(i, t_, y_, v_, a);
+    if (std::abs(reserve.rate) < kGraze) return;
+    Lift(Infinitesimal(T(-reserve.guard / reserve.rate)), a);
   }
 
   void AppendRest() {
@@ -386,7 +129,7 @@ class ExtendedWalk {
     using std::sqrt;
     ExtendedArc<T> arc{.t_start = t_, .t_end = duration_};
     auto& q = arc.q;
-    if (!damped_ && !forces.slides) {
+    if (!mode_.damped() && !forces.slides) {
       q[0] = forces.C / forces.K;
       q[4] = sqrt(T(o_.g * forces.K));
       q[2] = y_ - q[0];
@@ -395,10 +138,11 @@ class ExtendedWalk {
     }
     T damping = forces.B, centre = forces.C;
     if (forces.slides) {
-      const T side = asymmetric_ ? T(d_ + o_.asymmetry) : T(d_);  // d (1 + d asymmetry)
+      const double d = mode_.direction();
+      const T side = mode_.asymmetric() ? T(d + o_.asymmetry) : T(d);  // d (1 + d asymmetry)
       const T at_start = T(1) + o_.drift * (t_ + clock_);
       centre -= forces.S * (side * at_start);
-      damping += forces.S * (o_.strengthening * (at_start * (d_ * side)));
+      damping += forces.S * (o_.strengthening * (at_start * (d * side)));
       if (o_.has_drift) q[1] = -(forces.S * (side * o_.drift)) / forces.K;
     }
     q[0] = (centre - damping * q[1]) / forces.K;
@@ -415,33 +159,6 @@ class ExtendedWalk {
     return q;
   }
 
-  /// A time at which a function that is positive at s0 and not positive at s1 is zero, or as good as: regula falsi
-  /// after Anderson and Bjorck (1973), with a bisection wherever the bracket has not shrunk enough.
-  template <typename Function>
-  static double FindZero(Function f, double s0, double f0, double s1, double f1, double tiny) {
-    double width = s1 - s0;
-    bool was_positive = false;
-    for (int i = 0; i < 200 && s1 - s0 > 1e-16 + 4e-16 * s1; ++i) {
-      double s = s0 + (s1 - s0) * f0 / (f0 - f1);
-      if (i % 4 == 3) {
-        if (s1 - s0 > 0.25 * width) s = 0.5 * (s0 + s1);
-        width = s1 - s0;
-      }
-      if (!(s > s0 && s < s1)) s = 0.5 * (s0 + s1);
-      const double value = f(s);
-      if (std::abs(value) <= tiny) return s;
-      const bool positive = value > 0;
-      if (i > 0 && positive == was_positive) {  // the other end has stayed: it counts for less
-        const double fall = 1 - value / (positive ? f0 : f1);
-        (positive ? f1 : f0) *= fall > 0 ? fall : 0.5;
-      }
-      (positive ? s0 : s1) = s;
-      (positive ? f0 : f1) = value;
-      was_positive = positive;
-    }
-    return s1;
-  }
-
   /// First slider whose moving limit is reached before s_end; sets s_end.
   /// @param motion   displacement and velocity at s
   /// @param scan     the same at `scans` equally spaced s from the first step on
@@ -450,8 +167,8 @@ class ExtendedWalk {
     std::size_t found = kNothing;
     const double start = Value(t_);
     for (std::size_t i = 0; i < o_.sliders.size(); ++i) {
-      if (!BreaksOut(i) || !LimitMoves(i)) continue;
-      const auto reserve = [&](double s, const auto& p) { return MovingReserve(i, start + s, p.y, p.v); };
+      if (!mode_.BreaksOut(i) || !mode_.LimitMoves(i)) continue;
+      const auto reserve = [&](double s, const auto& p) { return mode_.MovingReserve(i, start + s, p.y, p.v); };
       double before = 0, at_before = std::max(reserve(0, motion(0.0)), 1e-300);
       const double step = *s_end / scans;
       scan(step, scans, [&](int number, const auto& p) {
@@ -495,7 +212,7 @@ class ExtendedWalk {
   /// Moves along an arc that carries derivatives.
   void Advance(const ExtendedArc<T>& arc, const std::array<double, 6>& q, const DampedSwing::Point& p, double s) {
     t_ += s;
-    if (damped_ || !IsAbsent(arc.q[1])) {
+    if (mode_.damped() || !IsAbsent(arc.q[1])) {
       y_ = Propagate<T>(p.y, {{1, arc.q[0]},
                               {s, arc.q[1]},
                               {p.cosine, arc.q[2]},
@@ -514,6 +231,12 @@ class ExtendedWalk {
     }
   }
 
+  void PassThreshold(const ModeForces<T>& forces, const Next& next) {
+    SetValue(y_, next.y);
+    if (next.what < o_.sliders.size() && mode_.BreaksOut(next.what)) LiftBreakout(forces, next.what);
+    mode_.Pass(next.what);
+  }
+
   /// One arc and the event that ends it. @returns false at the end of the run.
   bool WalkClosedForm(const ModeForces<T>& forces) {
     const ExtendedArc<T> arc = MakeArc(forces);
@@ -521,23 +244,22 @@ class ExtendedWalk {
     if (!std::isfinite(swing.q[4]) || !(swing.q[4] > 0) || !std::isfinite(swing.q[3])) return failed_ = true, false;
     out_.Append(arc);
     const double left = duration_ - Value(t_);
-    const Next next = FindNextThreshold();
-    double s = swing.FindTurning(d_);
-    const bool turns = !(d_ * (swing.At(s).y - Value(y_)) - next.distance > kTiny * scale_);
-    if (!turns) s = next.distance == 0 ? 0 : swing.FindCrossing(next.y, d_, s, kRounding * scale_);
+    const Next next = mode_.FindNextThreshold(t_, y_);
+    const double d = mode_.direction();
+    double s = swing.FindTurning(d);
+    const bool turns = !(d * (swing.At(s).y - Value(y_)) - next.distance > kTiny * scale_);
+    if (!turns) s = next.distance == 0 ? 0 : swing.FindCrossing(next.y, d, s, kRounding * scale_);
     const std::size_t moving = FindMovingBreakout(swing, &s);
     if (!(s < left)) return false;
     out_.back().t_end = Value(t_) + s;
     Advance(arc, swing.q, swing.At(s), s);
     if (moving != kNothing) {
       LiftBreakout(forces, moving);
-      PassThreshold(moving);
+      mode_.Pass(moving);
     } else if (turns) {
       TurnRound(forces);
     } else {
-      SetValue(y_, next.y);
-      if (next.what < o_.sliders.size() && BreaksOut(next.what)) LiftBreakout(forces, next.what);
-      Pass(next.what);
+      PassThreshold(forces, next);
     }
     return true;
   }
@@ -546,7 +268,7 @@ class ExtendedWalk {
 
   Step<T> TakeStep(const ModeForces<T>& forces, const T& a, double h) const {
     return dormand_prince::TakeStep(y_, v_, a, h, [&](double share, const T& y, const T& v) {
-      return Acceleration(forces, o_.has_drift || !o_.forces.empty() ? T(t_ + share * h) : t_, y, v);
+      return mode_.CalcAcceleration(forces, o_.has_drift || !o_.forces.empty() ? T(t_ + share * h) : t_, y, v);
     });
   }
 
@@ -565,24 +287,15 @@ class ExtendedWalk {
     return arc;
   }
 
-  /// Margin of a sliding joint against sticking: d p', > 0 while it slides [m/s]. It sticks where its limit grows
-  /// faster than the spring can follow. The slow growth by drift is left out: it would matter below y_c rate only.
-  T SlidingMargin(const ModeForces<T>& forces, std::size_t i, const T& t, const T& y, const T& v) const {
-    const T speed = SpeedOf(v, d_);
-    T slope = o_.strengthening;
-    for (const SpeedTerm<T>& term : o_.speed_terms.items()) slope += term.slope(term.p, speed);
-    const T deceleration = -d_ * Acceleration(forces, t, y, v);
-    return speed + o_.sliders.items()[i].y_c * slope * DriftFactor(t) * deceleration;
-  }
-
   /// A joint sticks at the zero of its margin. With drift its slider still moves there, so that the derivative of the
   /// time counts. A joint that sticks at once has been freed by an event that is lifted already.
   void LiftSticking(const ModeForces<T>& forces, std::size_t i) {
-    const T margin = SlidingMargin(forces, i, t_, y_, v_);
+    const T margin = mode_.CalcSlidingMargin(forces, i, t_, y_, v_);
     if (std::abs(Value(margin)) > 1e-7) return;
-    const double a = Value(Acceleration(forces, t_, y_, v_));
+    const double a = Value(mode_.CalcAcceleration(forces, t_, y_, v_));
     const auto at = [&](double s) {
-      return Value(SlidingMargin(forces, i, T(Value(t_) + s), T(Value(y_) + Value(v_) * s), T(Value(v_) + a * s)));
+      return Value(
+          mode_.CalcSlidingMargin(forces, i, T(Value(t_) + s), T(Value(y_) + Value(v_) * s), T(Value(v_) + a * s)));
     };
     constexpr double h = 1e-6;  // [s]; margins change within 1e-2 s
     const double rate = (at(h) - at(-h)) / (2 * h);
@@ -595,16 +308,16 @@ class ExtendedWalk {
   EventIn FindEvent(const ModeForces<T>& forces, const PolynomialArc& arc, const Next& next, double* s,
                     std::size_t* which) const {
     EventIn event = EventIn::kNone;
-    const double h = arc.length;
+    const double h = arc.length, d = mode_.direction();
     *s = h;
-    const double tiny = kRounding * scale_, at_h = d_ * arc.At(h).v;
+    const double tiny = kRounding * scale_, at_h = d * arc.At(h).v;
     if (at_h <= 0) {
-      const double start = d_ * arc.q[1] / h;
-      *s = FindZero([&](double at) { return d_ * arc.At(at).v; }, start > 0 ? 0 : 1e-6 * h, std::max(start, 1e-300), h,
+      const double start = d * arc.q[1] / h;
+      *s = FindZero([&](double at) { return d * arc.At(at).v; }, start > 0 ? 0 : 1e-6 * h, std::max(start, 1e-300), h,
                     at_h, tiny * frequency_);
       event = EventIn::kTurning;
     }
-    const auto reserve = [&](double at) { return d_ * (next.y - arc.At(at).y); };
+    const auto reserve = [&](double at) { return d * (next.y - arc.At(at).y); };
     const double at_end = reserve(*s);
     if (next.exists() && at_end < (event == EventIn::kTurning ? -kTiny * scale_ : 0)) {
       *s = FindZero(reserve, 0, std::max(1e-300, reserve(0)), *s, at_end, tiny);
@@ -618,11 +331,11 @@ class ExtendedWalk {
     }
     if (o_.speed_terms.empty()) return event;
     for (std::size_t i = 0; i < o_.sliders.size(); ++i) {
-      if (state_[i].hold != Hold::kSlides || !ActsOn(i)) continue;
+      if (!mode_.SlidesAsJoint(i)) continue;
       const auto margin = [&](double at) {
         const auto p = arc.At(at);
-        const T t(Value(t_) + at), y(p.y), v(std::max(0.0, d_ * p.v) * d_);
-        return Value(SlidingMargin(forces, i, t, y, v));
+        const T t(Value(t_) + at), y(p.y), v(std::max(0.0, d * p.v) * d);
+        return Value(mode_.CalcSlidingMargin(forces, i, t, y, v));
       };
       const double to = event == EventIn::kTurning ? 0.999 * *s : *s;  // at rest the margin is zero anyway
       const double at_to = margin(to);
@@ -639,8 +352,8 @@ class ExtendedWalk {
     frequency_ = std::sqrt(o_.g * std::max(Value(forces.K), 1e-3));
     // The interpolation is off by (w h)^6/46080 of the amplitude: no more than three steps' errors.
     const double longest = std::min(0.5, std::pow(1.4e5 * options_.tolerance, 1.0 / 6)) / frequency_;
-    T a = Acceleration(forces, t_, y_, v_);
-    const Next next = FindNextThreshold();
+    T a = mode_.CalcAcceleration(forces, t_, y_, v_);
+    const Next next = mode_.FindNextThreshold(t_, y_);
     double h = std::min(step_ > 0 ? step_ : longest, longest);
     while (true) {
       const double left = duration_ - Value(t_);
@@ -704,17 +417,15 @@ class ExtendedWalk {
         TurnRound(forces);
         break;
       case EventIn::kThreshold:
-        SetValue(y_, next.y);
-        if (which < o_.sliders.size() && BreaksOut(which)) LiftBreakout(forces, which);
-        Pass(which);
+        PassThreshold(forces, next);
         break;
       case EventIn::kMoving:
         LiftBreakout(forces, which);
-        PassThreshold(which);
+        mode_.Pass(which);
         break;
       case EventIn::kSticking:
         LiftSticking(forces, which);
-        Stick(which, t_, SpeedOf(v_, d_));
+        mode_.Stick(which, t_, y_, mode_.direction() * v_);
         break;
       case EventIn::kNone:
         break;
@@ -728,16 +439,10 @@ class ExtendedWalk {
   ExtendedSolveOptions options_;
   ExtendedTrajectory<T>& out_;
 
+  ExtendedMode<T> mode_;
   T t_{}, y_{}, v_{};
-  double d_ = 1;
   double scale_ = 0;
   double frequency_ = 1, step_ = 0;  // of the integrator
-  std::array<SliderState<T>, kMaxExtendedSliders> state_{};
-  std::array<T, kMaxExtendedSliders> slip_{};  // k y_c [-]
-  T sticking_share_{};                         // of the limits of joints that stick, by their speed terms
-  bool damped_ = false, asymmetric_ = false;   // be it by a derivative only
-  bool limits_vary_ = false;                   // limits of joints change with time or speed
-  std::array<bool, 2> stop_active_{};
   bool held_ = false;
   bool failed_ = false;
 };
@@ -752,54 +457,7 @@ bool IsAdmissible(const ExtendedOscillator<T>& o, const T& y0) {
   return Value(o.gap) >= 0 && Value(o.rolling) >= 0;
 }
 
-/// Shares of T0 by the speed terms that joints have at an extremum at distance A [m] that they reached sliding.
-///
-/// A joint that sticks at the speed v before the extremum, a way x before it, has the share of v there and what its
-/// spring takes on the way.  v follows from the deceleration a where it sticks, and x from  v^2 = 2 a x + g K x^2,  K
-/// the stiffness with that joint stuck; both depend on each other weakly, so a few passes do.
-template <typename T>
-std::array<T, kMaxExtendedSliders> CalcSharesAtExtremum(const ExtendedOscillator<T>& o, const T& A) {
-  using std::sqrt;
-  constexpr int kPasses = 6;
-  const auto sliders = o.sliders.items();
-  std::array<T, kMaxExtendedSliders> share{}, way{};
-  for (int pass = 0; pass < kPasses; ++pass) {
-    T K = o.k, friction{};
-    for (std::size_t i = 0; i < sliders.size(); ++i) {
-      friction += sliders[i].k * sliders[i].y_c * (T(1) + share[i]);
-      if (Value(way[i]) > 0) K += sliders[i].k;
-    }
-    for (std::size_t i = 0; i < sliders.size(); ++i) {
-      if (!sliders[i].joint) continue;
-      const T a = o.g * (o.k * (A - way[i]) + friction);
-      share[i] = way[i] = T(0);
-      for (const SpeedTerm<T>& term : o.speed_terms.items()) {
-        const T v2 = term.sticking_speed_squared(term.p, sliders[i].y_c, a);
-        const bool sticks = Value(v2) > 0;
-        share[i] += term.sliding(term.p, sticks ? T(sqrt(v2)) : T(0));
-        if (sticks) way[i] = (sqrt(a * a + o.g * K * v2) - a) / (o.g * K);
-      }
-    }
-  }
-  for (std::size_t i = 0; i < sliders.size(); ++i)
-    if (Value(way[i]) > 0) share[i] += way[i] / sliders[i].y_c;
-  return share;
-}
-
 }  // namespace
-
-template <typename T>
-T CalcDeflectionAtExtremum(const ExtendedOscillator<T>& o, std::size_t slider, const T& y0, double clock) {
-  const ExtendedSlider<T>& s = o.sliders.items()[slider];
-  if (!s.joint) return s.y_c;
-  const double side = Value(y0) < 0 ? -1 : 1;
-  T factor(1);
-  if (!o.speed_terms.empty()) factor += CalcSharesAtExtremum(o, T(side * y0))[slider];
-  factor *= (T(1) + o.drift * clock) * (T(1) + side * o.asymmetry);
-  T reach = s.y_c * factor;
-  if (o.has_gap) reach += o.gap;
-  return reach;
-}
 
 template <typename T>
 SolveStatus Solve(const ExtendedOscillator<T>& oscillator, const T& y0, double clock, double duration,
@@ -811,8 +469,7 @@ SolveStatus Solve(const ExtendedOscillator<T>& oscillator, const T& y0, double c
 
 #define UICLINK_INSTANTIATE_SOLVE(T)                                                                         \
   template SolveStatus Solve(const ExtendedOscillator<T>&, const T&, double, double, ExtendedTrajectory<T>*, \
-                             const ExtendedSolveOptions&);                                                   \
-  template T CalcDeflectionAtExtremum(const ExtendedOscillator<T>&, std::size_t, const T&, double)
+                             const ExtendedSolveOptions&)
 UICLINK_INSTANTIATE_SOLVE(double);
 UICLINK_INSTANTIATE_SOLVE(Dual<6>);
 UICLINK_INSTANTIATE_SOLVE(Dual<8>);

@@ -30,8 +30,4 @@ template <typename T>
 SolveStatus Solve(const ExtendedOscillator<T>& oscillator, const T& y0, double clock, double duration,
                   ExtendedTrajectory<T>* out, const ExtendedSolveOptions& options = {});
 
-/// Deflection of slider i when the mass turns round at y0, having slid towards it: y_c L + gap [m].
-template <typename T>
-T CalcDeflectionAtExtremum(const ExtendedOscillator<T>& oscillator, std::size_t slider, const T& y0, double clock);
-
 }  // namespace uiclink

@@ -29,7 +29,7 @@ const Effect& FrictionDriftEffect() {
       .signature = {.text =
                         "T0 from the decrement changes along the record, and differs at equal amplitudes reached at "
                         "different times"},
-      .confused_with = "viscous_damping, micro_slip",
+      .confused_with = "viscous_damping, micro_slip, rolling_friction",
       .separated_by = "releases from different amplitudes in shuffled order: time and amplitude go their own ways",
       .repairs = {"loss_per_half_cycle", "backbone_in_time", "residual_against_time", "T0_from_lock",
                   "T0_from_decrement", "rolling_decay"},

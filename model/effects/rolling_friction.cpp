@@ -31,7 +31,7 @@ const Effect& RollingFrictionEffect() {
                       .starts = {3e-4}}},
       .signature = {.text = "the decay is linear where all joints only roll, and ends in finite time",
                     .loss_exponent = 1},
-      .confused_with = "viscous_damping, micro_slip, extra_slider",
+      .confused_with = "viscous_damping, micro_slip, extra_slider, friction_drift",
       .separated_by = "a longer tail: the amplitude of the rolling phase over at least a factor of 3",
       .repairs = {"loss_per_half_cycle", "rolling_decay"},
       .loss_per_cycle = &LossPerCycle,

@@ -10,6 +10,7 @@
 #include "identify/extended_columns.h"
 #include "model/effect.h"
 #include "model/extended_solver.h"
+#include "model/extremum_deflection.h"
 #include "tests/bench/ratio.h"
 #include "tests/support/effect_values.h"
 #include "tests/support/extended_cvode_reference.h"

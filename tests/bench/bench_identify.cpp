@@ -21,6 +21,7 @@
 #include "measurements/rig/rig.h"
 #include "tests/bench/limit.h"
 #include "tests/cli/temporary_folder.h"
+#include "tests/support/rig_records.h"
 
 namespace uiclink {
 namespace {
@@ -44,15 +45,8 @@ std::vector<Record> ReadRecords(const std::vector<std::string>& files) {
 
 /// A lateral link without anything that the model lacks; links that re-seat, if `scattered`.
 rig::Settings PlainSettings(bool scattered) {
-  rig::Settings settings;
-  settings.name = "plain";
-  settings.direction = "lateral";
-  settings.link.k = 3.41;
-  settings.link.joints = {{.k = 2.21, .T0 = 0.018}};
-  settings.push.first_extremum_scatter = 0.0005;
-  settings.sensor.zero_scatter = 0.0003;
-  settings.seed = 1;
-  if (scattered) settings.scatter = {.k = 0.022, .joint_k = 0.028, .joint_T0 = 0.025};
+  rig::Settings settings = PlainLateral(1);
+  if (scattered) settings.scatter = kReseating;
   return settings;
 }
 

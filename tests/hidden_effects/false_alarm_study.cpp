@@ -22,7 +22,7 @@
 #include "identify/link_coordinates.h"
 #include "measurements/rig/rig.h"
 #include "tests/hidden_effects/blind_cases.h"
-#include "tests/hidden_effects/rig_records.h"
+#include "tests/support/rig_records.h"
 
 namespace uiclink {
 namespace {

@@ -14,7 +14,7 @@
 #include "identify/identification.h"
 #include "identify/start_values.h"
 #include "measurements/rig/rig.h"
-#include "tests/hidden_effects/rig_records.h"
+#include "tests/support/rig_records.h"
 
 namespace uiclink {
 namespace {
@@ -31,18 +31,6 @@ struct Size {
 Size StudySize(int records) {
   if (IsLong()) return {1000, records == 1 ? 1 : 10, 0.93, 0.97};
   return {200, records, 0.90, 0.995};
-}
-
-rig::Settings PlainLateral(std::uint64_t seed) {
-  rig::Settings settings;
-  settings.name = "plain";
-  settings.direction = "lateral";
-  settings.link.k = 3.41;
-  settings.link.joints = {{.k = 2.21, .T0 = 0.018}};
-  settings.push.first_extremum_scatter = 0.0005;
-  settings.sensor.zero_scatter = 0.0003;
-  settings.seed = seed;
-  return settings;
 }
 
 struct Coverage {
@@ -110,7 +98,7 @@ TEST(PlainModel, BoundsOfASharedLinkAreTrue) {
 
 TEST(PlainModel, BoundsOfTheMeanOfScatteredLinksAreTrue) {
   const Size size = StudySize(10);
-  const Coverage c = RunStudies(size, {.k = 0.022, .joint_k = 0.028, .joint_T0 = 0.025}, 30000);
+  const Coverage c = RunStudies(size, kReseating, 30000);
   Report("scattered links", size, c);
   ExpectCoverage(size, c);
   EXPECT_EQ(c.shared, 0);  // scatter of 2 % is a hundred times the error of a record

@@ -13,7 +13,7 @@
 #include "identify/noise.h"
 #include "identify/release.h"
 #include "tests/hidden_effects/blind_cases.h"
-#include "tests/hidden_effects/rig_records.h"
+#include "tests/support/rig_records.h"
 
 namespace uiclink {
 namespace {

@@ -12,7 +12,7 @@
 #include <vector>
 
 #include "identify/identification.h"
-#include "tests/hidden_effects/rig_records.h"
+#include "tests/support/rig_records.h"
 
 namespace uiclink {
 namespace {
@@ -122,7 +122,7 @@ TEST(SeveralSliders, BoundsOfASharedLinkAreTrue) {
 
 TEST(SeveralSliders, BoundsOfTheMeanOfScatteredLinksAreTrue) {
   const Limits limits = StudyLimits();
-  const Studies s = RunStudies(limits.studies, 5, {.k = 0.022, .joint_k = 0.028, .joint_T0 = 0.025}, 520000);
+  const Studies s = RunStudies(limits.studies, 5, kReseating, 520000);
   Report("scattered links", s);
   ExpectCoverage(limits, s);
   EXPECT_EQ(s.shared, 0);  // scatter of 2 % is a hundred times the error of a record

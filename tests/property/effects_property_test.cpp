@@ -14,6 +14,7 @@
 #include "model/effect.h"
 #include "model/event_solver.h"
 #include "model/extended_solver.h"
+#include "model/extremum_deflection.h"
 #include "tests/property/effects_fixture.h"
 
 namespace uiclink {

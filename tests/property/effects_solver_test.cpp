@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "model/extended_solver.h"
+#include "model/extremum_deflection.h"
 #include "tests/property/effects_fixture.h"
 #include "tests/support/extended_cvode_reference.h"
 

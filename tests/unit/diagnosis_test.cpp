@@ -12,24 +12,10 @@
 #include <vector>
 
 #include "measurements/rig/rig.h"
-#include "tests/hidden_effects/rig_records.h"
+#include "tests/support/rig_records.h"
 
 namespace uiclink {
 namespace {
-
-rig::Settings Lateral(std::uint64_t seed) {
-  rig::Settings settings;
-  settings.name = "diagnosis";
-  settings.direction = "lateral";
-  settings.link.k = 3.41;
-  settings.link.joints = {{.k = 2.21, .T0 = 0.018}};
-  settings.push.first_extremum_scatter = 0.0005;
-  settings.sensor.zero_scatter = 0.0003;
-  settings.seed = seed;
-  return settings;
-}
-
-constexpr rig::Scatter kScatter{.k = 0.022, .joint_k = 0.028, .joint_T0 = 0.025};
 
 Identification IdentifyRecords(const rig::Settings& settings, int count = 3) {
   IdentifyOptions options;
@@ -60,19 +46,19 @@ void ExpectAdequate(const rig::Settings& settings) {
 }
 
 TEST(Diagnose, FindsNothingInCleanRecords) {
-  for (const std::uint64_t seed : {1, 2}) ExpectAdequate(Lateral(seed));
+  for (const std::uint64_t seed : {1, 2}) ExpectAdequate(PlainLateral(seed));
 }
 
 TEST(Diagnose, DoesNotTakeScatterForAnEffect) {
   for (const std::uint64_t seed : {11, 12}) {
-    rig::Settings settings = Lateral(seed);
-    settings.scatter = kScatter;
+    rig::Settings settings = PlainLateral(seed);
+    settings.scatter = kReseating;
     ExpectAdequate(settings);
   }
 }
 
 TEST(Diagnose, NeverNamesAsymmetricFriction) {
-  rig::Settings settings = Lateral(21);
+  rig::Settings settings = PlainLateral(21);
   settings.link.effects.asymmetry_a = 0.15;
   const Identification plain = IdentifyRecords(settings);
   const Diagnosis diagnosis = Diagnose(plain, {.threads = 1, .progress = {}});
@@ -99,8 +85,8 @@ INSTANTIATE_TEST_SUITE_P(OneOfEachKind, HiddenEffects,
 TEST_P(HiddenEffects, AreNamedAlone) {
   // Every other one with links that scatter.
   const bool scattered = std::string(GetParam().id).size() % 2 == 0;
-  rig::Settings settings = Lateral(scattered ? 31 : 32);
-  if (scattered) settings.scatter = kScatter;
+  rig::Settings settings = PlainLateral(scattered ? 31 : 32);
+  if (scattered) settings.scatter = kReseating;
   GetParam().hide(&settings.link.effects);
   const Identification plain = IdentifyRecords(settings);
   const Diagnosis diagnosis = Diagnose(plain, {.threads = 1, .progress = {}});
@@ -127,7 +113,7 @@ TEST_P(HiddenEffects, AreNamedAlone) {
 }
 
 TEST(Diagnose, FindsOneLinkAgainWhereAnEffectHadHiddenIt) {
-  rig::Settings settings = Lateral(41);
+  rig::Settings settings = PlainLateral(41);
   settings.link.effects.viscous_c = 0.01;
   settings.push.first_extremum_scatter = 0.004;  // other amplitudes: without the damping the links seem to differ
   const Identification plain = IdentifyRecords(settings);
@@ -141,7 +127,7 @@ TEST(Diagnose, FindsOneLinkAgainWhereAnEffectHadHiddenIt) {
 }
 
 TEST(Diagnose, SaysWhenNothingItKnowsExplainsTheRecords) {
-  rig::Settings settings = Lateral(51);
+  rig::Settings settings = PlainLateral(51);
   settings.link.effects.bump_height = 0.004;
   const Identification plain = IdentifyRecords(settings);
   const Diagnosis diagnosis = Diagnose(plain, {.threads = 1, .progress = {}});
@@ -152,7 +138,7 @@ TEST(Diagnose, SaysWhenNothingItKnowsExplainsTheRecords) {
 }
 
 TEST(CalcParameterShifts, IsPlainLessExtended) {
-  rig::Settings settings = Lateral(61);
+  rig::Settings settings = PlainLateral(61);
   settings.link.effects.viscous_c = 0.01;
   const Identification plain = IdentifyRecords(settings);
   const Diagnosis diagnosis = Diagnose(plain, {.threads = 1, .progress = {}});

@@ -1,7 +1,6 @@
 // The search for what a model lacks: lines of a spectrum, and trials of effects that are really there.
 
 #include "identify/effect_search.h"
-#include "identify/start_grid.h"
 
 #include <gtest/gtest.h>
 
@@ -11,6 +10,7 @@
 #include <random>
 #include <vector>
 
+#include "identify/start_grid.h"
 #include "tests/unit/synthetic_records.h"
 
 namespace uiclink {

@@ -89,6 +89,23 @@ TEST_P(ForSliders, LogGradientsAreThoseOfDifferences) {
   }
 }
 
+TEST_P(ForSliders, DualsCarryTheDerivativesOfTheParameters) {
+  Levels levels;
+  Shape shape;
+  FromOscillator(MakeLink(GetParam()), &levels, &shape);
+  const Oscillator<double> link = ToOscillator(levels, shape, 1);
+  const Oscillator<Dual<12>> dual = ToOscillator<Dual<12>>(levels.data(), shape.data(), GetParam(), 1);
+  const Eigen::MatrixXd expected = CalcNaturalDerivatives(link);
+  std::vector<Dual<12>> parameters = {dual.k};
+  for (const Slider<Dual<12>>& slider : dual.sliders()) parameters.push_back(slider.k);
+  for (const Slider<Dual<12>>& slider : dual.sliders()) parameters.push_back(slider.T0);
+  for (std::size_t p = 0; p < parameters.size(); ++p) {
+    EXPECT_DOUBLE_EQ(parameters[p].a, CalcQuantity(link, static_cast<int>(p)));  // duals divide by way of 1/x
+    for (Eigen::Index c = 0; c < 12; ++c)                                        // a few roundings of numbers below 10
+      EXPECT_NEAR(parameters[p].v(c), c < expected.cols() ? expected(static_cast<Eigen::Index>(p), c) : 0, 1e-14);
+  }
+}
+
 TEST_P(ForSliders, JacobianIsThatOfDifferences) {
   const Record record = MakeRecord(MakeLink(GetParam()), 0, true);
   const FitData data = MakeData(record, 1e-5);
@@ -164,6 +181,22 @@ TEST(Fit, EqualRecordsGiveEqualLevelsSharedOrNot) {
   for (const Levels& levels : b.state.levels)
     for (std::size_t j = 0; j < 3; ++j)
       EXPECT_NEAR(levels[j], a.state.levels[0][j], 1e-4);  // flat directions of the shape
+}
+
+TEST(Fit, DoesTheSameOnAnyNumberOfThreads) {
+  const Oscillator<double> link = MakeLink(1);
+  const Record record = MakeRecord(link, 1e-5, true);
+  const std::vector<FitData> data(3, MakeData(record, 1e-5));
+  FitState start = MakeState(link, {-0.0248, 0.301, 0.0003});
+  start.starts.resize(3, start.starts[0]);
+  const FitOutcome one = Fit(data, Sharing::kLink, start, {.threads = 1});
+  ASSERT_TRUE(one.converged);
+  for (const int threads : {0, 2, 1000}) {  // 0: as many as there are; more than these are not taken
+    const FitOutcome outcome = Fit(data, Sharing::kLink, start, {.threads = threads});
+    EXPECT_TRUE(outcome.converged) << threads << " threads: " << outcome.message;
+    // Several threads add the records in the order in which they finish; steps end at 1e-9 of the sum of squares.
+    EXPECT_NEAR(outcome.chi2, one.chi2, 1e-8 * one.chi2) << threads << " threads";
+  }
 }
 
 TEST(Fit, LeavesWhatIsHeld) {

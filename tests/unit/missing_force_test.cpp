@@ -13,7 +13,7 @@
 
 #include "identify/identification.h"
 #include "measurements/rig/rig.h"
-#include "tests/hidden_effects/rig_records.h"
+#include "tests/support/rig_records.h"
 
 namespace uiclink {
 namespace {

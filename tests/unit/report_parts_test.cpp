@@ -9,6 +9,8 @@
 #include "identify/diagnose_symptoms.h"
 #include "identify/extended_covariance.h"
 #include "identify/gain_by_amplitude.h"
+#include "identify/screen.h"
+#include "identify/uncertainty.h"
 #include "model/extended_solver.h"
 #include "reports/wrap.h"
 
@@ -76,17 +78,27 @@ struct DampedFit {
     const ExtendedOutcome outcome = FitExtended({&data, 1}, Sharing::kLink, extension, state);
     result = Describe({&data, 1}, Sharing::kLink, extension, outcome);
   }
+
+  /// Covariance of (k, k1, T01) by way of that of (levels), scaled to the stated deviation of k.
+  Eigen::MatrixXd CalcLinkCovariance() const {
+    const Normal normal = CalcNormal({&data, 1}, Sharing::kLink, result.extension, result.outcome.state, 1);
+    const Eigen::MatrixXd all = InvertDetermined(normal.gram, 1e-12);
+    const Eigen::MatrixXd link = CalcNaturalCovariance(result.link, all.topLeftCorner(3, 3));
+    const double std = result.quantities[0].std;
+    return std * std / link(0, 0) * link;
+  }
 };
 
 TEST(ExtendedCovarianceOfASet, AgreesWithWhatIsSaidAboutTheFit) {
   const DampedFit fit;
   const ExtendedCovariance covariance = CalcExtendedCovariance({&fit.data, 1}, fit.result);
   EXPECT_EQ(covariance.order, (std::vector<std::string>{"k", "k1", "T01", "viscous_damping.c"}));
+  const Eigen::MatrixXd expected = fit.CalcLinkCovariance();
   for (Eigen::Index i = 0; i < 3; ++i) {
     for (Eigen::Index j = 0; j < 3; ++j) {
-      const double scale = std::sqrt(fit.result.covariance(i, i) * fit.result.covariance(j, j));
-      // The same linear problem, eliminated in another way.
-      EXPECT_NEAR(covariance.matrix(i, j) / scale, fit.result.covariance(i, j) / scale, 1e-6) << i << ", " << j;
+      const double scale = std::sqrt(expected(i, i) * expected(j, j));
+      // The same linear problem, brought from coordinates to parameters in another way.
+      EXPECT_NEAR(covariance.matrix(i, j) / scale, expected(i, j) / scale, 1e-6) << i << ", " << j;
     }
   }
   EXPECT_NEAR(std::sqrt(covariance.matrix(3, 3)) / fit.result.effects.at(0).std, 1, 1e-12);

@@ -11,24 +11,12 @@
 #include <set>
 
 #include "identify/symptom_inputs.h"
-#include "tests/hidden_effects/rig_records.h"
+#include "tests/support/rig_records.h"
 
 namespace uiclink {
 namespace {
 
 using testing::HasSubstr;
-
-rig::Settings PlainLateral(std::uint64_t seed) {
-  rig::Settings settings;
-  settings.name = "plain";
-  settings.direction = "lateral";
-  settings.link.k = 3.41;
-  settings.link.joints = {{.k = 2.21, .T0 = 0.018}};
-  settings.push.first_extremum_scatter = 0.0005;
-  settings.sensor.zero_scatter = 0.0003;
-  settings.seed = seed;
-  return settings;
-}
 
 Identification IdentifyRig(const rig::Settings& settings, int records = 3) {
   IdentifyOptions options;
@@ -83,8 +71,7 @@ TEST(Symptoms, ScatterBetweenRecordsIsNone) {
   settings.scatter = {.k = 0.03, .joint_k = 0.03, .joint_T0 = 0.03};
   const Identification id = IdentifyRig(settings, 5);
   ASSERT_FALSE(id.shared);
-  for (const Symptom& s : FindSymptoms(id).list)
-    EXPECT_FALSE(s.of_model && s.IsSignificant()) << s.sentence;
+  for (const Symptom& s : FindSymptoms(id).list) EXPECT_FALSE(s.of_model && s.IsSignificant()) << s.sentence;
 }
 
 TEST(Symptoms, LossesShowTheirExponentWhileTheJointsRoll) {

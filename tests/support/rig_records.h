@@ -1,6 +1,7 @@
 #pragma once
 
 #include <cmath>
+#include <cstdint>
 #include <cstdlib>
 #include <string>
 #include <vector>
@@ -9,6 +10,23 @@
 #include "measurements/rig/rig.h"
 
 namespace uiclink {
+
+/// A lateral link with one joint and nothing that the plain model lacks: k = 3.41/m, k1 = 2.21/m, T01 = 0.018. The
+/// records differ in their push and in the zero of the sensor.
+inline rig::Settings PlainLateral(std::uint64_t seed) {
+  rig::Settings settings;
+  settings.name = "plain";
+  settings.direction = "lateral";
+  settings.link.k = 3.41;
+  settings.link.joints = {{.k = 2.21, .T0 = 0.018}};
+  settings.push.first_extremum_scatter = 0.0005;
+  settings.sensor.zero_scatter = 0.0003;
+  settings.seed = seed;
+  return settings;
+}
+
+/// Scatter of a link that re-seats between records.
+inline constexpr rig::Scatter kReseating{.k = 0.022, .joint_k = 0.028, .joint_T0 = 0.025};
 
 /// A record of the rig as `identify` would read it from its file: millimetres printed with three decimals.
 inline Record ToRecord(const rig::RigRecord& made, Direction direction) {
