@@ -18,7 +18,8 @@ target_compile_options(uiclink_warnings INTERFACE
   $<$<BOOL:${UICLINK_WERROR}>:-Werror>)
 
 # uiclink_add_library(name SOURCES ... [HEADERS ...] [PUBLIC libs...] [PRIVATE libs...])
-# HEADERS are what the installed package offers; they keep their folder: <uiclink/model/arc.h> is model/arc.h.
+# HEADERS are what the installed package offers; they keep their folder: <uiclink/vehicle/contact/profile.h> is
+# vehicle/contact/profile.h, though its library is called contact.
 function(uiclink_add_library name)
   cmake_parse_arguments(ARG "" "" "SOURCES;HEADERS;PUBLIC;PRIVATE" ${ARGN})
   set(target uiclink_${name})
@@ -36,9 +37,10 @@ function(uiclink_add_library name)
   install(TARGETS ${target} EXPORT uiclinkTargets
     ARCHIVE DESTINATION ${CMAKE_INSTALL_LIBDIR}
     LIBRARY DESTINATION ${CMAKE_INSTALL_LIBDIR})
+  cmake_path(RELATIVE_PATH CMAKE_CURRENT_SOURCE_DIR BASE_DIRECTORY ${PROJECT_SOURCE_DIR} OUTPUT_VARIABLE room)
   foreach(header IN LISTS ARG_HEADERS)
     cmake_path(GET header PARENT_PATH folder)
-    install(FILES ${header} DESTINATION ${CMAKE_INSTALL_INCLUDEDIR}/uiclink/${name}/${folder})
+    install(FILES ${header} DESTINATION ${CMAKE_INSTALL_INCLUDEDIR}/uiclink/${room}/${folder})
   endforeach()
 endfunction()
 

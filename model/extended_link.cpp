@@ -86,7 +86,7 @@ ExtendedOscillator<T> MakeExtendedOscillator(const DirectionParameters& paramete
     const std::array<double, kMaxLawParameters> law_values = FindLawValues(values, effect);
     const EffectParameter& size = effect.parameters.front();
     if (FindValue(values, size) == effect.neutral) continue;
-    std::array<T, kMaxLawParameters> p;
+    std::array<T, kMaxLawParameters> p{};
     for (std::size_t i = 0; i < p.size(); ++i) p[i] = T(law_values[i]);
     Add<T>(effect, {p.data(), effect.parameters.size()}, &oscillator);
   }

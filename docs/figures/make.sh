@@ -1,5 +1,5 @@
 #!/usr/bin/env bash
-# Draws the picture of the README from a run of the main job. Needs gnuplot and Python 3; nothing else of the project does.
+# Draws the picture of the README from a run of the main job. Needs gnuplot, and Python 3, which nothing else of the project does.
 #   ./run identify measurements/lateral_*.txt && docs/figures/make.sh
 # UICLINK_OUT is the folder of the results (default: out), UICLINK_FIGURE the picture (default: docs/figures/ring_down.svg).
 set -euo pipefail

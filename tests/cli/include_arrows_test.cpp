@@ -38,12 +38,12 @@ struct Room {
 const std::vector<Room>& Rooms() {
   static const std::vector<Room> rooms{
       {"model", {}, {"eigen", "ceres/jet"}, {}},
-      {"data", {"model"}, {}, {"toml++", "fmt", "posix"}},
+      {"data", {"model"}, {}, {"toml++", "fmt", "openssl", "posix"}},
       {"reports", {"model"}, {}, {"json", "fmt", "posix"}},
       {"vehicle",
        {"data", "reports", "model"},
-       {"eigen", "ceres/jet"},
-       {"sundials", "ceres", "json", "fmt", "cli11", "posix"}},
+       {"eigen", "ceres/jet", "json_fwd"},
+       {"sundials", "ceres", "matio", "json", "fmt", "cli11", "posix"}},
       {"identify",
        {"data", "reports", "model"},
        {"eigen", "json_fwd"},
@@ -67,9 +67,10 @@ std::string LibraryOf(const std::string& header) {
       {R"(nlohmann/json_fwd\.hpp)", "json_fwd"},  // names only
       {"nlohmann/.*", "json"},
       {"opencv2/.*", "opencv"},
+      {"openssl/.*", "openssl"},
       {"(arkode|cvode|cvodes|kinsol|nvector|sundials|sunlinsol|sunmatrix|sunnonlinsol)/.*", "sundials"},
       {R"(toml(\+\+|plusplus)/.*|toml\+\+\.h)", "toml++"},
-      {R"((unistd|fcntl|signal|poll|termios)\.h|sys/.*)", "posix"},
+      {R"((unistd|fcntl|signal|poll|spawn|termios)\.h|sys/.*)", "posix"},
   };
   for (const auto& [pattern, library] : patterns) {
     if (std::regex_match(header, std::regex(pattern))) return library;
@@ -228,6 +229,9 @@ TEST_F(PlantedTree, WrongArrowsAreNamedWithFileAndLine) {
       {"identify/a.h", "<ceres/ceres.h>", "identify headers may not include ceres"},
       {"identify/a.h", "<matio.h>", "identify headers may not include matio"},
       {"identify/a.cpp", "<opencv2/core.hpp>", "identify sources may not include opencv"},
+      {"data/a.h", "<openssl/evp.h>", "data headers may not include openssl"},
+      {"vehicle/a.cpp", "<openssl/evp.h>", "vehicle sources may not include openssl"},
+      {"vehicle/a.h", "<matio.h>", "vehicle headers may not include matio"},
       {"reports/a.h", "<nlohmann/json.hpp>", "reports headers may not include json"},
       {"vehicle/a.h", "<cvode/cvode.h>", "vehicle headers may not include sundials"},
       {"vehicle/a.cpp", "<boost/any.hpp>", "vehicle sources may not include boost/any.hpp"},

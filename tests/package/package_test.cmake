@@ -21,11 +21,17 @@ run("installing" ${CMAKE_COMMAND} --install ${BUILD_DIR} --prefix ${WORK_DIR}/pr
 file(RENAME ${WORK_DIR}/prefix "${prefix}")
 
 # 1. What has to be there.
-foreach(file IN ITEMS share/uiclink/parameter_sets/set1.toml share/uiclink/parameter_sets/set2.toml)
-  expect("${file} in the installed tree" EXISTS "${prefix}/${file}")
+foreach(file IN ITEMS
+    parameter_sets/set1.toml parameter_sets/set2.toml
+    freight/empty.toml geometry/nominal-1435.toml wagons/hbbills311.toml)
+  expect("${file} in the installed tree" EXISTS "${prefix}/share/uiclink/${file}")
 endforeach()
 if(PROGRAMS)
   run("the alias of identify" "${prefix}/bin/uiclink-identify" --version)
+  # A program finds its data beside itself, wherever the tree was moved to.
+  run("the installed wagon" ${CMAKE_COMMAND} -E env --unset=UICLINK_DATA "${prefix}/bin/wagon" inertia --cargo empty --json -)
+  string(FIND "${output}" "\"${prefix}/share/uiclink/freight/empty.toml\"" position)
+  expect("the installed freight in:\n${output}" NOT position EQUAL -1)
 endif()
 
 # 2. What must not be there: this machine's folders, and the warnings of our own code.

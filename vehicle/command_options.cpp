@@ -1,0 +1,216 @@
+// Options and outputs that commands share.
+
+#include <fmt/format.h>
+#include <unistd.h>
+
+#include <CLI/CLI.hpp>
+#include <charconv>
+#include <cmath>
+#include <iostream>
+#include <map>
+#include <optional>
+
+#include "data/data_path.h"
+#include "data/file.h"
+#include "data/input_error.h"
+#include "reports/wrap.h"
+#include "vehicle/commands.h"
+#include "vehicle/report_json.h"
+
+namespace uiclink {
+namespace {
+
+/// An option whose values have names.
+template <typename T>
+CLI::Option* AddChoice(CLI::App* app, const std::string& name, T* value, const std::vector<T>& values,
+                       const std::string& help) {
+  std::map<std::string, T> words;
+  std::string list;
+  for (const T v : values) {
+    words.emplace(Name(v), v);
+    list += (list.empty() ? "" : "|") + std::string(Name(v));
+  }
+  const auto take = [value, words](const std::string& word) { *value = words.at(word); };
+  std::vector<std::string> names;
+  for (const auto& [word, v] : words) names.push_back(word);
+  return app->add_option_function<std::string>(name, take, help)
+      ->check(CLI::IsMember(names))
+      ->type_name(list)
+      ->default_str(Name(*value));
+}
+
+/// "NAME|FILE", with the names that there are in the help.
+std::string NamesHelp(const std::string& what, std::string_view subfolder) {
+  try {
+    return fmt::format("{}: {}, or a file", what, fmt::join(DataNames(subfolder), ", "));
+  } catch (const InputError&) {  // no data at all: the command will say so
+    return what + ": a name or a file";
+  }
+}
+
+/// Finite; nothing where the text is no number.
+std::optional<double> ParseNumber(const std::string& text) {
+  double value = 0;
+  const char* const end = text.data() + text.size();
+  const auto [rest, error] = std::from_chars(text.data(), end, value);
+  if (error != std::errc() || rest != end || !std::isfinite(value)) return std::nullopt;
+  return value;
+}
+
+constexpr const char* kGroup = "The wagon";
+
+}  // namespace
+
+void AddOutputOptions(CLI::App* app, Output* output, const std::string& folder) {
+  output->folder = folder;
+  app->add_option("--out", output->folder,
+                  "folder of the results" + std::string(folder.empty() ? " (default: none are written)" : ""))
+      ->type_name("DIR")
+      ->default_str(folder);
+  app->add_option("--json", output->json, "write the result as JSON to FILE; - for standard output, alone there")
+      ->type_name("FILE");
+  app->add_flag("--quiet,-q", output->quiet, "no tables on standard output");
+}
+
+void AddBodyOptions(CLI::App* app, WagonChoice* choice) {
+  app->add_option("--wagon", choice->wagon, NamesHelp("wagon", "wagons"))
+      ->type_name("NAME|FILE")
+      ->capture_default_str()
+      ->group(kGroup);
+  app->add_option("--cargo", choice->cargo, NamesHelp("freight", "freight"))
+      ->type_name("NAME|FILE")
+      ->capture_default_str()
+      ->group(kGroup);
+  const auto set_com = [choice](const std::string& word) {
+    const Partitions partitions = choice->inertia.partitions;
+    choice->inertia = word == Name(CentreOfMass::kPrinted) ? InertiaOptions::Printed() : InertiaOptions{};
+    choice->inertia.partitions = partitions;
+  };
+  app->add_option_function<std::string>(
+         "--com", set_com, "centre of mass and inertia: as appendix G of the thesis prints them, or corrected")
+      ->check(CLI::IsMember({"printed", "corrected"}))
+      ->type_name("printed|corrected")
+      ->default_str("corrected")
+      ->group(kGroup);
+  AddChoice(app, "--partitions", &choice->inertia.partitions, {Partitions::kAtEnds, Partitions::kSpread},
+            "where the four partition walls stand")
+      ->group(kGroup);
+}
+
+void AddContactOptions(CLI::App* app, WagonChoice* choice) {
+  CLI::Option* const geometry =
+      app->add_option("--geometry", choice->geometry, NamesHelp("wheels on rails", "geometry"))
+          ->type_name("NAME|FILE")
+          ->capture_default_str()
+          ->group(kGroup);
+  app->add_option("--contact-table", choice->contact_table,
+                  "contact table instead of the geometry's own (wagon contact --out FILE writes one)")
+      ->type_name("FILE")
+      ->excludes(geometry)
+      ->group(kGroup);
+}
+
+void AddWagonOptions(CLI::App* app, WagonChoice* choice) {
+  app->add_option("--set", choice->sets,
+                  NamesHelp("links", "parameter_sets") +
+                      "; WHERE=FILE for some of them: lateral, longitudinal, front, rear-left, front-left.lateral, "
+                      "...; repeatable (default: set1)")
+      ->type_name("[WHERE=]NAME|FILE")
+      ->expected(1)
+      ->multi_option_policy(CLI::MultiOptionPolicy::TakeAll)
+      ->group(kGroup);
+  AddBodyOptions(app, choice);
+  AddContactOptions(app, choice);
+  AddChoice(app, "--suspension", &choice->options.suspension,
+            {Suspension::kLinear, Suspension::kParabolic, Suspension::kLeaf},
+            "vertical springs; linear: the links have no sliders either")
+      ->group(kGroup);
+  app->add_flag_callback(
+         "--no-guidance", [choice] { choice->options.guidance = false; }, "axle boxes never touch their guides")
+      ->group(kGroup);
+  AddChoice(app, "--penetration", &choice->options.penetration, {Penetration::kTouching, Penetration::kPrinted},
+            "what the approach of wheel and rail is measured from")
+      ->group(kGroup);
+  app->add_option("--friction", choice->options.mu, "of wheel on rail")
+      ->type_name("MU")
+      ->check(CheckPositive)
+      ->capture_default_str()
+      ->group(kGroup);
+  const auto set_roll = [choice](const std::string& word) { choice->options.printed_roll = word == "printed"; };
+  app->add_option_function<std::string>("--roll", set_roll,
+                                        "roll of the wheelsets: as (2.4) prints it, or with the creep forces' moment")
+      ->check(CLI::IsMember({"printed", "corrected"}))
+      ->type_name("printed|corrected")
+      ->default_str("corrected")
+      ->group(kGroup);
+}
+
+std::string CheckPositive(const std::string& text) {
+  const std::optional<double> value = ParseNumber(text);
+  return value && *value > 0 ? "" : fmt::format("expected a number > 0, found \"{}\"", text);
+}
+
+std::string CheckNotNegative(const std::string& text) {
+  const std::optional<double> value = ParseNumber(text);
+  return value && *value >= 0 ? "" : fmt::format("expected a number >= 0, found \"{}\"", text);
+}
+
+void TidyHelp(CLI::App* app) {
+  constexpr std::size_t kColumns = 80;  // beside the names of options, which take 30
+  for (CLI::Option* const option : app->get_options()) {
+    option->description(Wrap(option->get_description(), 0, kColumns));
+    try {
+      for (int i = 0;; ++i) option->get_validator(i)->description("");
+    } catch (const CLI::OptionNotFound&) {  // CLI11 does not say how many there are
+    }
+  }
+}
+
+void Emit(const Output& output, const std::string& text, const std::string& json) {
+  if (output.JsonToStdout()) {
+    std::cout << json;
+    return;
+  }
+  if (!output.json.empty()) WriteFileWhole(output.json, json);
+  if (!output.quiet) std::cout << text;
+}
+
+void PrintNotices(const std::vector<std::string>& notices) {
+  for (const std::string& notice : notices) fmt::print(stderr, "note: {}\n", notice);
+}
+
+void FigureWriter::Write(const std::string& name, const Figure& figure, bool with_data) {
+  if (output_.folder.empty()) return;
+  if (with_data) WriteText(name + ".csv", FormatFigureData(figure));
+  try {
+    WriteText(name + ".svg", RenderSvg(figure));
+  } catch (const FigureError& error) {
+    notices_.push_back(fmt::format("{}.svg is left out: {}", name, error.what()));
+  }
+}
+
+void FigureWriter::WriteText(const std::string& name, const std::string& content) {
+  if (output_.folder.empty()) return;
+  const std::filesystem::path path = std::filesystem::path(output_.folder) / name;
+  WriteFileWhole(path, content);
+  files_.push_back(path.string());
+}
+
+std::string FigureWriter::Written() const {
+  return files_.empty() ? "" : fmt::format("Written: {}\n", fmt::join(files_, " "));
+}
+
+Progress::Progress(const Output& output)
+    : shown_(!output.quiet && !output.JsonToStdout() && isatty(STDERR_FILENO) != 0) {}
+
+void Progress::Show(const std::string& what) const {
+  if (!shown_) return;
+  fmt::print(stderr, "\r\033[K{} ", what);
+  std::fflush(stderr);
+}
+
+void Progress::Clear() const {
+  if (shown_) fmt::print(stderr, "\r\033[K");
+}
+
+}  // namespace uiclink

@@ -1,0 +1,101 @@
+#pragma once
+
+#include <functional>
+#include <string>
+#include <vector>
+
+#include "reports/figure.h"
+#include "vehicle/wagon_inputs.h"
+
+namespace CLI {
+class App;
+}
+
+namespace uiclink {
+
+// Exit codes of both programs.
+inline constexpr int kAllDone = 0;      ///< all done
+inline constexpr int kSomeLeftOut = 1;  ///< done, but something was left out or is not trustworthy
+inline constexpr int kNothingDone = 2;  ///< nothing could be done
+
+/// A command of the program `wagon`: what CLI11 knows of it, and what it does once its options are parsed. A new
+/// command is a file with such a function, a line below, and one in Commands() of main.cpp.
+struct Command {
+  CLI::App* app = nullptr;
+  std::function<int()> run;  ///< gives the exit code
+};
+
+Command AddSimulateCommand(CLI::App* program);
+Command AddStabilityCommand(CLI::App* program);
+Command AddContactCommand(CLI::App* program);
+Command AddInertiaCommand(CLI::App* program);
+Command AddElementCommand(CLI::App* program);
+
+/// Where results go.
+struct Output {
+  std::string folder;  ///< of files; empty: none are written
+  std::string json;    ///< file for the JSON; "-": standard output, alone there; empty: none
+  bool quiet = false;  ///< no tables on standard output
+
+  bool JsonToStdout() const { return json == "-"; }
+};
+
+/// --out, --json, --quiet. @param folder  the default of --out, for help; empty: the command only writes where asked.
+void AddOutputOptions(CLI::App* app, Output* output, const std::string& folder);
+
+// What kind of wagon: parts of WagonChoice as options.
+void AddBodyOptions(CLI::App* app, WagonChoice* choice);     ///< --wagon, --cargo, --com, --partitions
+void AddContactOptions(CLI::App* app, WagonChoice* choice);  ///< --geometry, --contact-table
+/// All of them: these, --set, --suspension, --no-guidance, --penetration, --friction, --roll.
+void AddWagonOptions(CLI::App* app, WagonChoice* choice);
+
+// Rules of options, for CLI::Option::check: why `text` is no such number; empty if it is one.
+std::string CheckPositive(const std::string& text);
+std::string CheckNotNegative(const std::string& text);
+
+/// Lines of help of at most 110 columns, and no rules beside the types: CLI11 itself breaks no line.
+void TidyHelp(CLI::App* app);
+
+/// JSON, then the table, to where the user wants them.
+void Emit(const Output& output, const std::string& text, const std::string& json);
+
+/// Notices go to standard error, so that they are seen with --quiet and --json -.
+void PrintNotices(const std::vector<std::string>& notices);
+
+/// Writes figures and says what was written.
+class FigureWriter {
+ public:
+  explicit FigureWriter(const Output& output) : output_(output) {}
+  /// folder/name.svg and, if `with_data`, folder/name.csv with every point. Nothing without a folder. Where gnuplot is
+  /// missing the picture is left out, with a notice.
+  void Write(const std::string& name, const Figure& figure, bool with_data);
+  /// Another file of the folder, whole or not at all.
+  void WriteText(const std::string& name, const std::string& content);
+
+  /// "Written: out/histories.csv out/histories.svg\n"; empty if nothing was.
+  std::string Written() const;
+  bool complete() const { return notices_.empty(); }  ///< every picture was drawn
+  const std::vector<std::string>& notices() const { return notices_; }
+
+ private:
+  Output output_;
+  std::vector<std::string> files_;
+  std::vector<std::string> notices_;
+};
+
+/// Progress for a person at a terminal, on standard error; silent otherwise.
+class Progress {
+ public:
+  explicit Progress(const Output& output);
+  ~Progress() { Clear(); }
+  Progress(const Progress&) = delete;
+  Progress& operator=(const Progress&) = delete;
+  void Show(const std::string& what) const;
+  void Clear() const;
+  bool shown() const { return shown_; }
+
+ private:
+  bool shown_;
+};
+
+}  // namespace uiclink

@@ -1,0 +1,55 @@
+#pragma once
+
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "reports/figure.h"
+#include "vehicle/contact/calc_contact_table.h"
+#include "vehicle/contact/conicity.h"
+#include "vehicle/wagon_inputs.h"
+
+namespace uiclink {
+
+/// Equivalent conicity for one amplitude; NaN where the wheelset does not swing about a centre within the table.
+struct ConicityPoint {
+  double amplitude = 0;   ///< half of the motion from peak to peak [m]
+  double equivalent = 0;  ///< of the table, hence with roll and, where it is, elastic contact [-]
+  double harmonic = 0;    ///< of the table, by the first harmonic [-]
+  double en15302 = 0;     ///< of the geometry as the standard wants it: rigid, without roll [-]; NaN without a geometry
+};
+
+/// What `wagon contact` finds out about a contact table.
+struct ContactAnalysis {
+  RollingRadiusDifference difference;   ///< of the table
+  double centre_conicity = 0;           ///< for 0.1 mm, of the table [-]
+  std::vector<ConicityPoint> conicity;  ///< by amplitude
+  std::optional<ContactNotes> notes;    ///< jumps and second contacts; none for a table from a file
+  double table_wall_s = 0;              ///< time that the table took; 0 for a table from a file
+};
+
+/// Conicity of inputs.table, and jumps and two-point contacts where inputs.geometry says what it was made from.
+/// @param inputs  with the contact read (ReadWagonContact).
+ContactAnalysis AnalyseContact(const WagonInputs& inputs);
+
+/// For a terminal: a handful of rows, conicity, jumps, two-point contact.
+std::string FormatContact(const WagonInputs& inputs, const ContactAnalysis& analysis);
+
+/// Schema "wagon-contact/1". SI units.
+///   { "schema", "version", "inputs",
+///     "table": { "name", "r0", "shear_modulus", "contact": "rigid"|"elastic"|null, "rows", "y_max", "wall_s" },
+///     "rows": [ { "y", "a_wheel", ..., "phi_roll" } ],            a handful; the whole table is a text file
+///     (DESIGN 4.2) "conicity": [ { "amplitude", "equivalent", "harmonic", "en15302" } ], "centre_conicity",
+///     "rolling_radius_difference": [ { "y", "delta_r" } ],
+///     "jumps": [ { "y", "before": {"a_wheel","a_rail","r","delta"}, "after": {..} } ] | null,
+///     "two_point_contact": [ { "y_from", "y_to", "where": "tread"|"flange root", "touching_a_wheel", "second_a_wheel",
+///                              "second_delta", "least_gap" } ] | null }
+std::string FormatContactJson(const WagonInputs& inputs, const ContactAnalysis& analysis);
+
+/// What appendix H of the thesis draws, over the lateral displacement: Kalker's coefficients, contact angle, semi-axes,
+/// contact point on wheel and on rail, rolling radius, normal force, static penetration, height on the rail.
+Figure ContactTableFigure(const WagonInputs& inputs);
+/// Rolling radius difference over displacement and equivalent conicity over amplitude.
+Figure ConicityFigure(const WagonInputs& inputs, const ContactAnalysis& analysis);
+
+}  // namespace uiclink

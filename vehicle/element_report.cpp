@@ -1,0 +1,76 @@
+#include "vehicle/element_report.h"
+
+#include <fmt/format.h>
+
+#include <nlohmann/json.hpp>
+#include <stdexcept>
+
+#include "vehicle/element_report_parts.h"
+
+namespace uiclink {
+namespace {
+
+using Json = nlohmann::ordered_json;
+
+ElementParts ReportBench(ElementBench bench, const ElementOptions& options) {
+  switch (bench) {
+    case ElementBench::kLeafHarmonic:
+      return ReportLeafHarmonic(options);
+    case ElementBench::kLeafDrop:
+      return ReportLeafDrop(options);
+    case ElementBench::kParabolic:
+      return ReportParabolic(options);
+    case ElementBench::kGuidance:
+      return ReportGuidance(options);
+    case ElementBench::kDryFriction:
+      return ReportDryFriction(options);
+  }
+  throw std::logic_error("MakeElementReport: unknown bench");
+}
+
+const std::string& NameOf(ElementBench bench) { return ElementBenches()[static_cast<std::size_t>(bench)].first; }
+
+}  // namespace
+
+const std::vector<std::pair<std::string, ElementBench>>& ElementBenches() {
+  static const std::vector<std::pair<std::string, ElementBench>> benches{{"leaf-harmonic", ElementBench::kLeafHarmonic},
+                                                                         {"leaf-drop", ElementBench::kLeafDrop},
+                                                                         {"parabolic", ElementBench::kParabolic},
+                                                                         {"guidance", ElementBench::kGuidance},
+                                                                         {"dry-friction", ElementBench::kDryFriction}};
+  return benches;
+}
+
+ElementBench FindElementBench(std::string_view name) {
+  std::string known;
+  for (const auto& [text, bench] : ElementBenches()) {
+    if (text == name) return bench;
+    known += (known.empty() ? "" : ", ") + text;
+  }
+  throw std::invalid_argument(fmt::format("element \"{}\", must be one of {}", name, known));
+}
+
+std::vector<double> Scaled(const std::vector<double>& values, double factor) {
+  std::vector<double> scaled(values);
+  for (double& value : scaled) value *= factor;
+  return scaled;
+}
+
+ElementReport MakeElementReport(ElementBench bench, const ElementOptions& options, const std::string& inputs) {
+  Json json = {{"schema", "wagon-element/1"}};
+  if (!inputs.empty()) {
+    json["inputs"] = Json::parse(inputs, nullptr, false);
+    if (!json["inputs"].is_object()) throw std::invalid_argument("MakeElementReport: inputs must be a JSON object");
+  }
+  json["bench"] = NameOf(bench);
+  json["wagon"] = options.wagon.name;
+  ElementParts parts = ReportBench(bench, options);
+  json["runs"] = Json::array();
+  for (const std::string& run : parts.runs) json["runs"].push_back(Json::parse(run));
+  return {.text = std::move(parts.text),
+          .json = json.dump(2) + "\n",
+          .series = std::move(parts.series),
+          .figures = std::move(parts.figures)};
+}
+
+}  // namespace uiclink

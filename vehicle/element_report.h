@@ -1,0 +1,65 @@
+#pragma once
+
+#include <optional>
+#include <string>
+#include <string_view>
+#include <utility>
+#include <vector>
+
+#include "model/parameter_set.h"
+#include "reports/csv.h"
+#include "reports/figure.h"
+#include "vehicle/element_bench.h"
+#include "vehicle/wagon_data.h"
+
+namespace uiclink {
+
+/// The benches of `wagon element`.
+enum class ElementBench { kLeafHarmonic, kLeafDrop, kParabolic, kGuidance, kDryFriction };
+
+/// "leaf-harmonic", "leaf-drop", "parabolic", "guidance", "dry-friction": in the order of the enumeration.
+const std::vector<std::pair<std::string, ElementBench>>& ElementBenches();
+/// @throws std::invalid_argument that lists the names.
+ElementBench FindElementBench(std::string_view name);
+
+/// What the benches stand on. Zero and empty mean: as in the thesis.
+struct ElementOptions {
+  WagonData wagon = {};  ///< springs, g
+  double mass = 0;       ///< on one spring [kg]; 0: a quarter of the empty body, and of the loaded one where both
+                         ///< are shown (33 563 kg)
+  std::vector<double> betas = {};  ///< decay constants of the leaf spring [m]; empty: those of figures 5.8 and 5.9
+  double amplitude = 0;            ///< of leaf-harmonic [m]; 0: half of the static compression, and half of that
+  double frequency = 1;            ///< of parabolic [Hz]
+  double mu = 0.13;                ///< friction of the leaves [-]
+  bool exaggerated = true;         ///< guidance: clearances of table 6.1 (figure 6.4) ...
+  bool true_clearances = true;     ///< ... and true ones (figure 6.5)
+  std::optional<GuidanceLaw> law = std::nullopt;  ///< guidance; nothing: both laws, one after the other
+  double perturbation = 1e-6;                     ///< guidance: of y at the start of the second run [m]
+  double duration = 0;                            ///< [s]; 0: that of each bench
+  ParameterSet set = {};                          ///< dry-friction
+  Direction direction = Direction::kLateral;
+  double pull = 0.045;  ///< dry-friction: release [m]
+};
+
+/// A table of numbers for a file of its own.
+struct ElementSeries {
+  std::string name;  ///< "leaf_drop_beta_1e-05"
+  std::vector<DataColumn> columns;
+};
+
+struct ElementReport {
+  std::string text;                                     ///< for the terminal
+  std::string json;                                     ///< schema "wagon-element/1"
+  std::vector<ElementSeries> series;                    ///< FormatCsv(series.columns) -> name.csv
+  std::vector<std::pair<std::string, Figure>> figures;  ///< RenderSvg(figure) -> name.svg
+};
+
+/// Runs a bench and describes it. JSON:
+///   { "schema": "wagon-element/1", "inputs", "bench": "leaf-drop", "wagon", "runs": [ { what was put in and came out,
+///   keys
+///     with their units } ] }
+/// @param inputs  a JSON object: the files behind it; empty: left out.
+/// @throws std::invalid_argument for options that make no sense.
+ElementReport MakeElementReport(ElementBench bench, const ElementOptions& options, const std::string& inputs = "");
+
+}  // namespace uiclink

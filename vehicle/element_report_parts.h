@@ -1,0 +1,27 @@
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "vehicle/element_report.h"
+
+namespace uiclink {
+
+/// What one bench adds to the report; element_report.cpp puts it together.
+struct ElementParts {
+  std::string text;
+  std::vector<std::string> runs;  ///< a JSON object each
+  std::vector<ElementSeries> series;
+  std::vector<std::pair<std::string, Figure>> figures;
+};
+
+ElementParts ReportLeafHarmonic(const ElementOptions& options);
+ElementParts ReportLeafDrop(const ElementOptions& options);
+ElementParts ReportParabolic(const ElementOptions& options);
+ElementParts ReportGuidance(const ElementOptions& options);
+ElementParts ReportDryFriction(const ElementOptions& options);
+
+/// The values times a factor: for axes and columns in mm, kN.
+std::vector<double> Scaled(const std::vector<double>& values, double factor);
+
+}  // namespace uiclink

@@ -1,0 +1,183 @@
+#include "vehicle/motion_record.h"
+
+#include <algorithm>
+#include <cmath>
+#include <optional>
+
+#include "vehicle/spectrum_peaks.h"
+
+namespace uiclink {
+namespace {
+
+/// A stop counts as touched this far beyond its clearance [m]: an event is found to about 1e-15 m.
+constexpr double kTouch = 1e-12;
+
+/// Where the cubic through values and rates at the ends of a step has rate zero, given that the rates differ in sign.
+struct Turn {
+  double share = 0, value = 0;
+};
+std::optional<Turn> FindTurn(double h, double f0, double r0, double f1, double r1) {
+  if (!(r0 * r1 < 0)) return std::nullopt;
+  // f = f0 + b t + c t^2 + d t^3 on 0 <= t <= 1
+  const double b = h * r0;
+  const double e = h * r1;
+  const double c = 3 * (f1 - f0) - 2 * b - e;
+  const double d = 2 * (f0 - f1) + b + e;
+  // b + 2 c t + 3 d t^2 = 0 has one root in between; this form does not cancel for small d.
+  const double root = std::sqrt(std::max(c * c - 3 * b * d, 0.0));
+  double t = -b / (c + (c >= 0 ? root : -root));
+  if (!(t >= 0 && t <= 1)) t = d != 0 ? (-c - (c >= 0 ? root : -root)) / (3 * d) : 0.5;
+  if (!(t >= 0 && t <= 1)) t = b / (b - e);
+  return Turn{.share = t, .value = f0 + t * (b + t * (c + t * d))};
+}
+
+}  // namespace
+
+MotionRecord::MotionRecord(const Wagon& wagon, double start, double end, double window)
+    : wagon_(wagon), start_(start), window_start_(end - window), window_(std::min(window, end - start)) {
+  ring_size_ = static_cast<std::size_t>(window_ * kSpectrumHz) + 1;
+  ring_.resize(ring_size_);
+  for (std::vector<Extreme>& e : extremes_) e.reserve(4096);
+}
+
+MotionRecord::Point MotionRecord::CalcMotion(std::size_t motion, const StateVector<double>& x) const {
+  return {x[kMotionIndex[motion]], x[kMotionIndex[motion] + 1]};
+}
+
+MotionRecord::Point MotionRecord::CalcStop(std::size_t stop,
+                                           const std::array<CornerDeflection<double>, kCorners>& d) const {
+  if (stop < kAxles) return {d[2 * stop].dy, d[2 * stop].vy};
+  return {d[stop - kAxles].dx, d[stop - kAxles].vx};
+}
+
+double MotionRecord::ClearanceOf(std::size_t stop) const {
+  return stop < kAxles ? wagon_.guidance.lateral.clearance : wagon_.guidance.longitudinal.clearance;
+}
+
+double MotionRecord::StiffnessOf(std::size_t stop) const {
+  if (!wagon_.options.guidance) return 0;
+  return stop < kAxles ? 2 * wagon_.guidance.lateral.k : wagon_.guidance.longitudinal.k;
+}
+
+void MotionRecord::SeeStop(std::size_t stop, double value, double t) {
+  Stop& s = stops_[stop];
+  const bool in_window = t >= window_start_;
+  const double distance = std::abs(value);
+  s.use.clearance_used = std::max(s.use.clearance_used, distance);
+  if (in_window) s.use.clearance_used_in_window = std::max(s.use.clearance_used_in_window, distance);
+  const double beyond = distance - ClearanceOf(stop);
+  if (!(beyond > kTouch) || !wagon_.options.guidance) return;
+  const double force = StiffnessOf(stop) * beyond;
+  const auto count = [&](Impacts* impacts) {
+    if (!s.touches) ++impacts->count;
+    impacts->peak_N = std::max(impacts->peak_N, force);
+  };
+  count(&s.use.impacts);
+  if (in_window) count(&s.use.impacts_in_window);
+  s.touches = true;
+}
+
+void MotionRecord::LeaveStop(std::size_t stop, double value) {
+  if (!(std::abs(value) - ClearanceOf(stop) > kTouch)) stops_[stop].touches = false;
+}
+
+void MotionRecord::Begin(const StateVector<double>& x) {
+  t_ = start_;
+  std::array<CornerDeflection<double>, kCorners> d;
+  for (std::size_t i = 0; i < kCorners; ++i) d[i] = CalcDeflection(wagon_, x, i);
+  for (std::size_t i = 0; i < kMotionCount; ++i) motions_[i] = CalcMotion(i, x);
+  for (std::size_t i = 0; i < kStops; ++i) {
+    stop_points_[i] = CalcStop(i, d);
+    SeeStop(i, stop_points_[i].value, start_);
+  }
+  for (std::size_t i = 0; i < kMotionCount; ++i) ring_[0][i] = motions_[i].value;
+  sampled_ = 1;
+}
+
+void MotionRecord::Add(const Integrator& integrator) {
+  const WagonState& state = integrator.state();
+  const double h = state.t - t_;
+  std::array<CornerDeflection<double>, kCorners> d;
+  for (std::size_t i = 0; i < kCorners; ++i) d[i] = CalcDeflection(wagon_, state.x, i);
+  for (std::size_t i = 0; i < kMotionCount; ++i) {
+    const Point now = CalcMotion(i, state.x);
+    if (const auto turn = FindTurn(h, motions_[i].value, motions_[i].rate, now.value, now.rate))
+      extremes_[i].push_back({t_ + turn->share * h, turn->value});
+    motions_[i] = now;
+  }
+  for (std::size_t i = 0; i < kStops; ++i) {
+    const Point now = CalcStop(i, d);
+    const Point before = stop_points_[i];
+    if (const auto turn = FindTurn(h, before.value, before.rate, now.value, now.rate))
+      SeeStop(i, turn->value, t_ + turn->share * h);
+    SeeStop(i, now.value, state.t);
+    LeaveStop(i, now.value);
+    stop_points_[i] = now;
+  }
+  SampleStep(integrator);
+  t_ = state.t;
+  ForgetOld(state.t);
+}
+
+void MotionRecord::SampleStep(const Integrator& integrator) {
+  const double t = integrator.state().t;
+  for (;;) {
+    const double due = start_ + static_cast<double>(sampled_) / kSpectrumHz;
+    if (due > t) return;
+    StateVector<double> x;
+    integrator.Interpolate(due, &x);
+    for (std::size_t i = 0; i < kMotionCount; ++i) ring_[sampled_ % ring_size_][i] = x[kMotionIndex[i]];
+    ++sampled_;
+  }
+}
+
+/// Keeps the memory of extremes within what a window holds.
+void MotionRecord::ForgetOld(double t) {
+  for (std::vector<Extreme>& e : extremes_) {
+    if (e.size() < e.capacity()) continue;
+    std::erase_if(e, [&](const Extreme& x) { return x.t < t - window_; });
+  }
+}
+
+std::vector<double> MotionRecord::CollectSamples(std::size_t motion) const {
+  const std::size_t n = std::min(sampled_, ring_size_);
+  std::vector<double> samples(n);
+  for (std::size_t i = 0; i < n; ++i) samples[i] = ring_[(sampled_ - n + i) % ring_size_][motion];
+  return samples;
+}
+
+MotionFigures MotionRecord::CalcFigures(std::size_t motion, double t_end) const {
+  const std::vector<double> samples = CollectSamples(motion);
+  auto [low, high] = std::minmax_element(samples.begin(), samples.end());
+  double least = *low, most = *high;
+  for (const Extreme& e : extremes_[motion]) {
+    if (e.t < t_end - window_) continue;
+    least = std::min(least, e.value);
+    most = std::max(most, e.value);
+  }
+  MotionFigures figures{
+      .amplitude = 0.5 * (most - least), .mean = 0.5 * (most + least), .frequencies = {}, .frequency_amplitudes = {}};
+  for (const SpectrumPeak& peak : FindSpectrumPeaks(samples, kSpectrumHz, 4)) {
+    figures.frequencies.push_back(peak.frequency);
+    figures.frequency_amplitudes.push_back(peak.amplitude);
+  }
+  return figures;
+}
+
+void MotionRecord::Summarise(SimulationResult* result) const {
+  for (std::size_t i = 0; i < kMotionCount; ++i) result->motions[i] = CalcFigures(i, t_);
+  const auto merge = [](const Impacts& part, Impacts* whole) {
+    whole->count += part.count;
+    whole->peak_N = std::max(whole->peak_N, part.peak_N);
+  };
+  for (std::size_t i = 0; i < kStops; ++i) {
+    const GuidanceUse& part = stops_[i].use;
+    GuidanceUse& whole = i < kAxles ? result->lateral[i] : result->longitudinal[AxleOf(i - kAxles)];
+    whole.clearance_used = std::max(whole.clearance_used, part.clearance_used);
+    whole.clearance_used_in_window = std::max(whole.clearance_used_in_window, part.clearance_used_in_window);
+    merge(part.impacts, &whole.impacts);
+    merge(part.impacts_in_window, &whole.impacts_in_window);
+  }
+}
+
+}  // namespace uiclink

@@ -1,0 +1,30 @@
+#pragma once
+
+#include <cstddef>
+#include <string_view>
+#include <vector>
+
+namespace uiclink {
+
+/// An explicit Runge-Kutta pair whose last stage is the first one of the next step ("first same as last"), so that s
+/// stages cost s - 1 right-hand sides.
+struct RungeKuttaPair {
+  std::string_view name;
+  int order = 0;
+  int embedded_order = 0;
+  /// Row i: what stage i + 1 takes of the stages before it; the last row is the step itself.
+  std::vector<std::vector<double>> rows;
+  std::vector<double> embedded;  ///< weights of the embedded solution, one per stage
+  /// How far a step times an eigenvalue may go along the negative real and the imaginary axis.
+  double real_extent = 0, imaginary_extent = 0;
+
+  std::size_t stages() const { return embedded.size(); }
+};
+
+/// Our pairs by name; null for an unknown one.
+const RungeKuttaPair* FindRungeKuttaPair(std::string_view name);
+
+/// The one that Integrator takes unless told otherwise.
+inline constexpr std::string_view kFastestMethod = "UICLINK_STABLE_7_3_4";
+
+}  // namespace uiclink

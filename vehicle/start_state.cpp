@@ -1,0 +1,83 @@
+#include "vehicle/start_state.h"
+
+#include <fmt/format.h>
+
+#include <charconv>
+#include <cmath>
+#include <map>
+#include <numbers>
+#include <set>
+
+#include "vehicle/wagon_inputs.h"
+
+namespace uiclink {
+namespace {
+
+/// Unit -> SI.
+using Units = std::map<std::string, double>;
+
+struct Place {
+  double Perturbation::*value;
+  const Units* units;
+};
+
+const std::map<std::string, Place>& Places() {
+  static const Units lengths{{"mm", 1e-3}, {"cm", 1e-2}, {"m", 1}};
+  static const Units angles{{"mrad", 1e-3}, {"rad", 1}, {"deg", std::numbers::pi / 180}};
+  static const std::map<std::string, Place> places{
+      {"front_lateral", {&Perturbation::front_y, &lengths}}, {"rear_lateral", {&Perturbation::rear_y, &lengths}},
+      {"body_lateral", {&Perturbation::body_y, &lengths}},   {"body_roll", {&Perturbation::body_phi, &angles}},
+      {"body_yaw", {&Perturbation::body_psi, &angles}},      {"front_yaw", {&Perturbation::front_psi, &angles}},
+      {"rear_yaw", {&Perturbation::rear_psi, &angles}}};
+  return places;
+}
+
+template <typename T>
+std::string Keys(const std::map<std::string, T>& map) {
+  std::string list;
+  for (const auto& [key, value] : map) list += (list.empty() ? "" : ", ") + key;
+  return list;
+}
+
+std::string Trim(const std::string& text) {
+  const std::size_t first = text.find_first_not_of(' '), last = text.find_last_not_of(' ');
+  return first == std::string::npos ? "" : text.substr(first, last - first + 1);
+}
+
+[[noreturn]] void Throw(const std::string& part, const std::string& expected) {
+  throw UsageError(fmt::format("--start: expected {}, found \"{}\"", expected, part));
+}
+
+double ParseQuantity(const std::string& part, const std::string& text, const Units& units) {
+  const std::string digits = text.starts_with('+') ? text.substr(1) : text;
+  double value = 0;
+  const char* const end = digits.data() + digits.size();
+  const auto [rest, error] = std::from_chars(digits.data(), end, value);
+  const auto unit = units.find(Trim(std::string(rest, end)));
+  if (error != std::errc() || !std::isfinite(value) || unit == units.end()) {
+    Throw(part, "a number with its unit (" + Keys(units) + ")");
+  }
+  return value * unit->second;
+}
+
+}  // namespace
+
+Perturbation ParsePerturbation(const std::string& text) {
+  Perturbation by;
+  std::set<std::string> seen;
+  for (std::size_t begin = 0; begin <= text.size();) {
+    const std::size_t end = std::min(text.find(',', begin), text.size());
+    const std::string part = Trim(text.substr(begin, end - begin));
+    begin = end + 1;
+    const std::size_t equals = part.find('=');
+    const std::string name = Trim(part.substr(0, equals));
+    const auto place = Places().find(name);
+    if (equals == std::string::npos || place == Places().end())
+      Throw(part, "PLACE=VALUE with PLACE one of " + Keys(Places()));
+    if (!seen.insert(name).second) Throw(part, "each place once");
+    by.*place->second.value = ParseQuantity(part, Trim(part.substr(equals + 1)), *place->second.units);
+  }
+  return by;
+}
+
+}  // namespace uiclink

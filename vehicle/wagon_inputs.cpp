@@ -1,0 +1,261 @@
+#include "vehicle/wagon_inputs.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <deque>
+#include <map>
+#include <utility>
+
+#include "data/checksum.h"
+#include "data/data_path.h"
+#include "data/file.h"
+#include "data/input_error.h"
+#include "data/parameter_set_file.h"
+
+namespace uiclink {
+namespace {
+
+namespace fs = std::filesystem;
+
+constexpr std::array kDirections{Direction::kLateral, Direction::kLongitudinal};
+constexpr const char* kStandIn = "set1";  // where no set is given, or it lacks a direction
+
+/// A file read once, so that the checksum is of what was used, and a pipe will do.
+struct ReadText {
+  fs::path path;
+  std::string text;
+};
+
+ReadText Read(std::string_view subfolder, const std::string& name) {
+  ReadText file{.path = FindDataFile(subfolder, name), .text = {}};
+  file.text = ReadFileWhole(file.path);
+  return file;
+}
+
+InputFile Describe(const std::string& role, const std::string& name, const ReadText& file) {
+  return {.role = role, .name = name, .path = file.path.string(), .sha256 = CalcSha256(file.text)};
+}
+
+// --- which set for which link --------------------------------------------------------------------------------------
+
+/// The links that a set is given for, and the set.
+struct SetPlace {
+  std::array<bool, kCorners> corners{};
+  std::array<bool, 2> directions{};
+  std::string file;
+
+  /// Links that it is given for: fewer are narrower.
+  std::ptrdiff_t CountCorners() const { return std::ranges::count(corners, true); }
+  std::ptrdiff_t CountDirections() const { return std::ranges::count(directions, true); }
+};
+
+/// Sets `corners` by a word; false if it is none of them.
+bool TakeCorners(const std::string& word, SetPlace* place) {
+  static const std::map<std::string, std::array<bool, kCorners>> words{
+      {"front", {true, true, false, false}},       {"rear", {false, false, true, true}},
+      {"front-left", {true, false, false, false}}, {"front-right", {false, true, false, false}},
+      {"rear-left", {false, false, true, false}},  {"rear-right", {false, false, false, true}}};
+  const auto found = words.find(word);
+  if (found == words.end()) return false;
+  place->corners = found->second;
+  return true;
+}
+
+bool TakeDirection(const std::string& word, SetPlace* place) {
+  for (std::size_t d = 0; d < kDirections.size(); ++d) {
+    if (word != Name(kDirections[d])) continue;
+    place->directions = {d == 0, d == 1};
+    return true;
+  }
+  return false;
+}
+
+SetPlace ParseSet(const std::string& text) {
+  SetPlace place{.corners = {true, true, true, true}, .directions = {true, true}, .file = text};
+  const std::size_t equals = text.find('=');
+  if (equals == std::string::npos) return place;
+  const std::string where = text.substr(0, equals);
+  if (where.find('/') != std::string::npos) return place;  // a path that has '=' in it
+  place.file = text.substr(equals + 1);
+  const std::size_t dot = where.find('.');
+  const bool known = dot == std::string::npos
+                         ? TakeDirection(where, &place) || TakeCorners(where, &place)
+                         : TakeCorners(where.substr(0, dot), &place) && TakeDirection(where.substr(dot + 1), &place);
+  if (known) return place;
+  throw UsageError(fmt::format(
+      "--set {}: expected lateral, longitudinal, front, rear, front-left, front-right, rear-left, rear-right, "
+      "or such a place with a direction (front-left.lateral) before '=', found \"{}\"",
+      text, where));
+}
+
+bool Overlap(const SetPlace& a, const SetPlace& b) {
+  bool corner = false, direction = false;
+  for (std::size_t i = 0; i < kCorners; ++i) corner |= a.corners[i] && b.corners[i];
+  for (std::size_t i = 0; i < 2; ++i) direction |= a.directions[i] && b.directions[i];
+  return corner && direction;
+}
+
+/// Wide places first, so that narrow ones overwrite them: by corners, then by directions.
+std::vector<SetPlace> ParseSets(const std::vector<std::string>& texts) {
+  std::vector<SetPlace> places;
+  for (const std::string& text : texts) places.push_back(ParseSet(text));
+  const auto key = [](const SetPlace& place) { return std::pair(-place.CountCorners(), -place.CountDirections()); };
+  std::ranges::stable_sort(places, {}, key);
+  for (std::size_t i = 1; i < places.size(); ++i) {
+    for (std::size_t j = 0; j < i; ++j) {
+      if (key(places[i]) == key(places[j]) && Overlap(places[i], places[j]))
+        throw UsageError(fmt::format("--set: expected one set for each place, found two: {} and {}", places[j].file,
+                                     places[i].file));
+    }
+  }
+  return places;
+}
+
+/// The sets in use, read once each, and what each is used for.
+class SetLibrary {
+ public:
+  /// Index of a set by name or path.
+  std::size_t Find(const std::string& name) {
+    const auto [entry, is_new] = by_name_.try_emplace(name, sets_.size());
+    if (is_new) {
+      const ReadText file = Read("parameter_sets", name);
+      sets_.push_back(ParseParameterSet(file.text, file.path.string()));
+      files_.push_back(Describe("set", sets_.back().name, file));
+    }
+    return entry->second;
+  }
+
+  const ParameterSet& set(std::size_t index) const { return sets_[index]; }
+  InputFile& file(std::size_t index) { return files_[index]; }
+
+  std::vector<InputFile> TakeUsed() {
+    std::erase_if(files_, [](const InputFile& file) { return file.used_for.empty(); });
+    return std::move(files_);
+  }
+
+ private:
+  std::map<std::string, std::size_t> by_name_;
+  std::deque<ParameterSet> sets_;  // references stay valid
+  std::vector<InputFile> files_;
+};
+
+std::string LinkName(std::size_t corner, Direction direction) {
+  return fmt::format("{}.{}", kCornerNames[corner], Name(direction));
+}
+
+/// The file that the user gave for a link; empty if none.
+std::string ChosenFile(const std::vector<SetPlace>& places, std::size_t corner, std::size_t direction) {
+  std::string file;
+  for (const SetPlace& place : places) {
+    if (place.corners[corner] && place.directions[direction]) file = place.file;
+  }
+  return file;
+}
+
+/// Links with the same reason share a notice.
+class Notices {
+ public:
+  void Add(const std::string& reason, const std::string& link) { links_[reason].push_back(link); }
+  void AppendTo(std::vector<std::string>* notices) const {
+    for (const auto& [reason, links] : links_) {
+      notices->push_back(fmt::format(
+          "{} ({})", reason, links.size() == 2 * kCorners ? "all links" : fmt::format("{}", fmt::join(links, ", "))));
+    }
+  }
+
+ private:
+  std::map<std::string, std::vector<std::string>> links_;
+};
+
+/// The set of one link, with what has to be said about it.
+const ParameterSet& ChooseSet(const std::vector<SetPlace>& places, std::size_t corner, std::size_t direction,
+                              SetLibrary* library, Notices* notices) {
+  const std::string link = LinkName(corner, kDirections[direction]);
+  const std::string chosen = ChosenFile(places, corner, direction);
+  std::size_t index = library->Find(chosen.empty() ? kStandIn : chosen);
+  if (!library->set(index)[kDirections[direction]]) {
+    notices->Add(fmt::format("{} has no {} direction: it comes from {}", library->file(index).path,
+                             Name(kDirections[direction]), kStandIn),
+                 link);
+    index = library->Find(kStandIn);
+  } else if (chosen.empty() && !places.empty()) {
+    notices->Add(fmt::format("no set is given: it comes from {}", kStandIn), link);
+  }
+  library->file(index).used_for.push_back(link);
+  for (const std::string& effect : EffectsLeftOut(*library->set(index)[kDirections[direction]])) {
+    notices->Add(
+        fmt::format("effect {} of {} has no place on a wagon and is left out", effect, library->file(index).path),
+        link);
+  }
+  return library->set(index);
+}
+
+/// Standard profiles go by names without '.' and '/'.
+void DescribeProfile(const std::string& role, const std::string& profile, WagonInputs* inputs) {
+  if (profile.find_first_of("./") == std::string::npos) return;
+  const std::string name = fs::path(profile).filename().string();
+  inputs->files.push_back({.role = role, .name = name, .path = profile, .sha256 = CalcFileSha256(profile)});
+}
+
+}  // namespace
+
+const std::array<const char*, kCorners> kCornerNames{"front_left", "front_right", "rear_left", "rear_right"};
+
+void ReadWagonBody(const WagonChoice& choice, WagonInputs* inputs) {
+  const ReadText wagon = Read("wagons", choice.wagon);
+  inputs->data = ParseWagonData(wagon.text, wagon.path.string());
+  inputs->files.push_back(Describe("wagon", inputs->data.name, wagon));
+  const ReadText cargo = Read("freight", choice.cargo);
+  inputs->freight = ParseFreight(cargo.text, cargo.path.string());
+  inputs->files.push_back(Describe("cargo", inputs->freight.name, cargo));
+  inputs->loaded = inputs->freight.even.has_value() || !inputs->freight.boxes.empty();
+  inputs->body = CalcBodyInertia(inputs->data, inputs->freight, choice.inertia);
+  for (const std::string& notice : CheckFreight(inputs->freight, inputs->data.cargo)) inputs->notices.push_back(notice);
+}
+
+void ReadWagonContact(const WagonChoice& choice, WagonInputs* inputs) {
+  if (!choice.contact_table.empty()) {
+    ReadText file{.path = choice.contact_table, .text = ReadFileWhole(choice.contact_table)};
+    inputs->table = ParseContactTable(file.text, file.path.string());
+    inputs->files.push_back(Describe("contact_table", inputs->table.name, file));
+    return;
+  }
+  const fs::path path = FindDataFile("geometry", choice.geometry);
+  inputs->geometry = ReadTrackGeometry(path);
+  inputs->files.push_back(
+      {.role = "geometry", .name = inputs->geometry->name, .path = path.string(), .sha256 = CalcFileSha256(path)});
+  DescribeProfile("wheel_profile", inputs->geometry->wheel, inputs);
+  DescribeProfile("rail_profile", inputs->geometry->rail, inputs);
+  inputs->table = CalcContactTable(*inputs->geometry);
+}
+
+void ReadWagonLinks(const WagonChoice& choice, WagonInputs* inputs) {
+  const std::vector<SetPlace> places = ParseSets(choice.sets);
+  SetLibrary library;
+  Notices notices;
+  for (std::size_t corner = 0; corner < kCorners; ++corner) {
+    const ParameterSet& lateral = ChooseSet(places, corner, 0, &library, &notices);
+    inputs->links[corner].lateral = *lateral.lateral;
+    inputs->links[corner].g = lateral.g;
+    const ParameterSet& longitudinal = ChooseSet(places, corner, 1, &library, &notices);
+    inputs->links[corner].longitudinal = *longitudinal.longitudinal;
+  }
+  notices.AppendTo(&inputs->notices);
+  for (InputFile& file : library.TakeUsed()) inputs->files.push_back(std::move(file));
+}
+
+WagonInputs ReadWagonInputs(const WagonChoice& choice) {
+  WagonInputs inputs;
+  inputs.choice = choice;
+  ReadWagonBody(choice, &inputs);
+  ReadWagonLinks(choice, &inputs);
+  ReadWagonContact(choice, &inputs);
+  return inputs;
+}
+
+Wagon MakeWagon(const WagonInputs& inputs) {
+  return {inputs.data, inputs.body, inputs.loaded, inputs.links, inputs.table, inputs.choice.options};
+}
+
+}  // namespace uiclink
