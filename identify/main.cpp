@@ -13,6 +13,7 @@
 #include <string>
 #include <vector>
 
+#include "data/data_path.h"
 #include "data/file.h"
 #include "data/input_error.h"
 #include "data/parameter_set_file.h"
@@ -22,7 +23,9 @@
 #include "identify/identification.h"
 #include "identify/record.h"
 #include "identify/report.h"
+#include "identify/report_wagon.h"
 #include "identify/thinning.h"
+#include "identify/validate.h"
 
 namespace uiclink {
 namespace {
@@ -39,11 +42,13 @@ struct Arguments {
   std::string json;
   bool quiet = false;
   bool no_diagnosis = false;
+  bool no_wagon = false;
   std::string direction;
   std::string sliders;
   std::optional<double> cutoff_mm;
   ReadOptions read;
   IdentifyOptions identify;
+  ValidateOptions validate;
 
   bool JsonToStdout() const { return json == "-"; }
 };
@@ -60,6 +65,36 @@ void AddReadOptions(CLI::App* app, Arguments* arguments) {
   app->add_option("--column", arguments->read.column, "column of the displacement, 1 = first (default: after time)")
       ->check(CLI::PositiveNumber);
   app->add_option("--unit", arguments->read.displacement_unit, "unit of the displacement: " + DisplacementUnits());
+}
+
+void AddValidateOptions(CLI::App* app, Arguments* arguments) {
+  const auto is_file_of = [](const char* subfolder) {
+    return [subfolder](const std::string& text) -> std::string {
+      try {
+        FindDataFile(subfolder, text);
+        return {};
+      } catch (const InputError& error) {
+        return error.what();
+      }
+    };
+  };
+  CLI::Option* const none =
+      app->add_flag("--no-wagon", arguments->no_wagon, "do not run the wagon on the identified links");
+  app->add_option("--cargo", arguments->validate.cargo, "the wagon's freight: a name or a file")
+      ->type_name("NAME|FILE")
+      ->check(is_file_of("freight"), "")
+      ->capture_default_str()
+      ->excludes(none);
+  app->add_option("--geometry", arguments->validate.geometry, "its wheels on their rails: a name or a file")
+      ->type_name("NAME|FILE")
+      ->check(is_file_of("geometry"), "")
+      ->capture_default_str()
+      ->excludes(none);
+  app->add_option("--wagon-speed", arguments->validate.speed, "speed of its hunting run [m/s]")
+      ->type_name("V")
+      ->check(CLI::Range(1.0, 100.0))
+      ->capture_default_str()
+      ->excludes(none);
 }
 
 void AddOutputOptions(CLI::App* app, Arguments* arguments) {
@@ -155,14 +190,31 @@ void Emit(const Arguments& arguments, const std::string& text, const std::string
   if (!arguments.quiet) std::cout << text;
 }
 
-/// The plain model's set beside the extended one. One of an earlier run would be taken for this run's.
-void WritePlainSet(const RunResult& run, const std::filesystem::path& file) {
+/// Writes what the wagon reads, and gives it: the identified set, and the plain model's where causes were named. A
+/// plain set of an earlier run would be taken for this run's.
+std::vector<ValidationSet> WriteSets(const RunResult& run, const std::filesystem::path& out) {
+  std::vector<ValidationSet> sets{MakeValidationSet(run, /*with_causes=*/true, (out / "parameters.toml").string())};
+  const std::filesystem::path plain = out / "parameters_plain.toml";
+  WriteParameterSet(sets.front().set, sets.front().file);
   if (HasCauses(run)) {
-    WriteFileWhole(file, FormatParameterSet(MakePlainParameterSet(run)));
+    sets.push_back(MakeValidationSet(run, /*with_causes=*/false, plain.string()));
+    WriteParameterSet(sets.back().set, plain);
   } else {
     std::error_code none;
-    std::filesystem::remove(file, none);
+    std::filesystem::remove(plain, none);
   }
+  return sets;
+}
+
+/// The identified sets on the wagon. What fails there is said, and takes nothing else down.
+Validation Validate(const std::vector<ValidationSet>& sets, const Arguments& arguments, const Progress& progress) {
+  ValidateOptions options = arguments.validate;
+  options.threads = arguments.identify.threads;
+  options.progress = progress;
+  Validation validation = ValidateOnWagon(sets, options);
+  progress.Clear();
+  for (const std::string& line : FormatWagonFailures(validation)) fmt::print(stderr, "{}\n", line);
+  return validation;
 }
 
 int RunIdentify(Arguments arguments) {
@@ -195,17 +247,18 @@ int RunIdentify(Arguments arguments) {
   PrintNotices(run);
   const std::vector<std::string> warnings = FormatDiagnosisWarnings(run);
   for (const std::string& warning : warnings) fmt::print(stderr, "{}\n", warning);
-  const std::string json = FormatJson(run);
   const std::filesystem::path out(arguments.out);
-  WriteFileWhole(out / "parameters.toml", FormatParameterSet(MakeParameterSet(run)));
-  WritePlainSet(run, out / "parameters_plain.toml");
+  const std::vector<ValidationSet> sets = WriteSets(run, out);
+  if (!arguments.no_wagon) run.wagon = Validate(sets, arguments, progress);
+  const std::string json = FormatJson(run);
   WriteFileWhole(out / "result.json", json);
   WriteFileWhole(out / "residuals.csv", FormatResiduals(run));
   Emit(arguments,
-       FormatReport(run) + fmt::format("Written: {0}/parameters.toml {1}{0}/result.json {0}/residuals.csv\n",
-                                       arguments.out, HasCauses(run) ? arguments.out + "/parameters_plain.toml " : ""),
+       FormatReport(run) + (run.wagon ? FormatWagon(*run.wagon) : "") +
+           fmt::format("Written: {0}/parameters.toml {1}{0}/result.json {0}/residuals.csv\n", arguments.out,
+                       HasCauses(run) ? arguments.out + "/parameters_plain.toml " : ""),
        json);
-  bool trustworthy = warnings.empty();
+  bool trustworthy = warnings.empty() && (!run.wagon || run.wagon->Complete());
   for (const Identification& id : run.directions) trustworthy &= id.warnings.empty();
   return CountLeftOut(run) == 0 && trustworthy ? kAllDone : kSomeLeftOut;
 }
@@ -257,6 +310,7 @@ int Main(int argc, char** argv) {
       ->check(CLI::NonNegativeNumber);
   app.add_option("--seed", arguments.identify.starts.seed, "seed of the scattered starts")->capture_default_str();
   app.add_flag("--no-diagnosis", arguments.no_diagnosis, "fit the plain model only; do not ask what it lacks");
+  AddValidateOptions(&app, &arguments);
   app.add_option("--threads", arguments.identify.threads, "threads; 0: all of the machine")
       ->capture_default_str()
       ->check(CLI::NonNegativeNumber);

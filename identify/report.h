@@ -1,11 +1,13 @@
 #pragma once
 
+#include <optional>
 #include <span>
 #include <string>
 #include <vector>
 
 #include "identify/diagnosis.h"
 #include "identify/identification.h"
+#include "identify/validate.h"
 #include "model/parameter_set.h"
 
 namespace uiclink {
@@ -21,6 +23,7 @@ struct RunResult {
   std::vector<Identification> directions;
   std::vector<Diagnosis> diagnoses;  ///< one per direction; empty when none was asked for
   std::vector<Rejected> rejected;    ///< files that could not be read
+  std::optional<Validation> wagon;   ///< what the identified link does on the wagon, where that was asked for
 };
 
 /// Tables and sentences for the terminal.

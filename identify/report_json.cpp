@@ -4,6 +4,7 @@
 #include <nlohmann/json.hpp>
 
 #include "identify/report.h"
+#include "identify/report_wagon.h"
 
 namespace uiclink {
 
@@ -141,6 +142,7 @@ std::string FormatJson(const RunResult& run) {
   Json& unread = run.directions.size() == 1 ? json["records"] : json["unread"];
   for (const Rejected& rejected : run.rejected)
     unread.push_back({{"file", rejected.file}, {"used", false}, {"reason", rejected.message}});
+  if (run.wagon) json["wagon"] = WagonToJson(*run.wagon);
   return json.dump(2, ' ', false, nlohmann::json::error_handler_t::replace) + "\n";
 }
 

@@ -50,8 +50,9 @@ TEST_F(IdentifyProgram, HelpHasExamplesAndExitCodes) {
         "Exit codes: 0 all done; 1 done, but something was left out or is not trustworthy; 2 nothing could be done."})
     EXPECT_NE(result.out.find(part), std::string::npos) << part;
   for (const char* option :
-       {"--out", "--json", "--quiet", "--direction", "--mass", "--g ", "--rate", "--column", "--unit", "--sliders",
-        "--cutoff", "--starts", "--seed", "--threads", "--no-diagnosis", "--version"})
+       {"--out",          "--json",     "--quiet",   "--direction", "--mass",        "--g ",     "--rate",
+        "--column",       "--unit",     "--sliders", "--cutoff",    "--starts",      "--seed",   "--threads",
+        "--no-diagnosis", "--no-wagon", "--cargo",   "--geometry",  "--wagon-speed", "--version"})
     EXPECT_NE(result.out.find(option), std::string::npos) << option;
 }
 
@@ -98,7 +99,7 @@ INSTANTIATE_TEST_SUITE_P(CommandLines, EveryMisuse,
 
 TEST_F(IdentifyProgram, JsonHasTheKeysOfItsSchemaAndNoneThatAreNotComputed) {
   const std::vector<std::string> records = CopyMeasurements("lateral", 3);
-  const ProgramResult result = Run(With(records, {"--json", "-"}));
+  const ProgramResult result = Run(With(records, {"--no-wagon", "--json", "-"}));
   EXPECT_EQ(result.err, "");
   const Json json = Json::parse(result.out);  // throws unless JSON is all there is
   EXPECT_EQ(json["schema"], "identify/1");
@@ -239,8 +240,8 @@ TEST_F(IdentifyProgram, FileNamesWithCommasAreQuotedInTheResiduals) {
 
 TEST_F(IdentifyProgram, TwoRunsGiveTheSameResult) {
   const std::vector<std::string> records = CopyMeasurements("lateral", 3);
-  Run(With(records, {"--out", "first"}));
-  Run(With(records, {"--out", "second"}));
+  Run(With(records, {"--no-wagon", "--out", "first"}));
+  Run(With(records, {"--no-wagon", "--out", "second"}));
   EXPECT_EQ(WithoutTimes(ReadJson("first/result.json")), WithoutTimes(ReadJson("second/result.json")));
   EXPECT_EQ(Read("first/residuals.csv"), Read("second/residuals.csv"));
   EXPECT_EQ(Read("first/parameters.toml"), Read("second/parameters.toml"));
@@ -248,8 +249,8 @@ TEST_F(IdentifyProgram, TwoRunsGiveTheSameResult) {
 
 TEST_F(IdentifyProgram, TheNumberOfThreadsDoesNotChangeResults) {
   const std::vector<std::string> records = CopyMeasurements("lateral", 3);
-  Run(With(records, {"--threads", "1", "--out", "one"}));
-  Run(With(records, {"--threads", "3", "--out", "three"}));
+  Run(With(records, {"--no-wagon", "--threads", "1", "--out", "one"}));
+  Run(With(records, {"--no-wagon", "--threads", "3", "--out", "three"}));
   EXPECT_EQ(WithoutTimes(ReadJson("one/result.json")), WithoutTimes(ReadJson("three/result.json")));
   EXPECT_EQ(Read("one/residuals.csv"), Read("three/residuals.csv"));
 }

@@ -252,6 +252,8 @@ TEST_F(IdentifyDiagnosis, WhatTheCatalogueDoesNotHaveShowsAsAForce) {
   EXPECT_EQ(result.exit_code, 1);
   EXPECT_TRUE(result.err.starts_with("lateral: warning: the model leaves structure in the residuals, and "))
       << result.err;
+  EXPECT_EQ(ReadJson("out/result.json")["wagon"]["trustworthy"], false);
+  EXPECT_NE(result.out.find("\n  * identified: not to be trusted as it stands. lateral: "), std::string::npos);
   const Json& force = diagnosis["missing_force"];
   EXPECT_TRUE(force["words"].is_string());
   for (const char* part : {"map", "over_y", "over_v", "over_t"}) EXPECT_FALSE(force[part].empty()) << part;
