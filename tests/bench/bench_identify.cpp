@@ -80,11 +80,12 @@ void WriteLongRecord(const fs::path& file) {
 
 // --- the program ---------------------------------------------------------------------------------------------------
 
-/// The whole job: process start, reading, fits, report and files.
+/// The whole identification: process start, reading, fits, report and files. Diagnosis and wagon have benchmarks of
+/// their own.
 Limit MainJob(std::string name, const fs::path& out, std::vector<std::string> records) {
   std::vector<std::string> words = {UICLINK_IDENTIFY};
   words.insert(words.end(), records.begin(), records.end());
-  words.insert(words.end(), {"--out", out.string()});
+  words.insert(words.end(), {"--no-diagnosis", "--no-wagon", "--out", out.string()});
   return {.name = std::move(name),
           .measure = [words = std::move(words)] { return MeasureProgram(words); },
           .most_wall_s = 1,
