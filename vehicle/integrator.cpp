@@ -44,24 +44,31 @@ StateVector<double>& AsState(N_Vector vector) { return *reinterpret_cast<StateVe
 struct ArkodeTable {
   std::string_view name;
   ARKODE_ERKTableID id;
+  /// How far a step times an eigenvalue may go along the negative real and the imaginary axis, where it is used.
+  double real_extent = 0, imaginary_extent = 0;
 };
-constexpr std::array<ArkodeTable, 7> kArkodeTables{{{"ARKODE_BOGACKI_SHAMPINE_4_2_3", ARKODE_BOGACKI_SHAMPINE_4_2_3},
-                                                    {"ARKODE_ZONNEVELD_5_3_4", ARKODE_ZONNEVELD_5_3_4},
-                                                    {"ARKODE_SAYFY_ABURUB_6_3_4", ARKODE_SAYFY_ABURUB_6_3_4},
-                                                    {"ARKODE_CASH_KARP_6_4_5", ARKODE_CASH_KARP_6_4_5},
-                                                    {"ARKODE_FEHLBERG_6_4_5", ARKODE_FEHLBERG_6_4_5},
-                                                    {"ARKODE_DORMAND_PRINCE_7_4_5", ARKODE_DORMAND_PRINCE_7_4_5},
-                                                    {"ARKODE_VERNER_8_5_6", ARKODE_VERNER_8_5_6}}};
+constexpr std::array<ArkodeTable, 7> kArkodeTables{
+    {{"ARKODE_BOGACKI_SHAMPINE_4_2_3", ARKODE_BOGACKI_SHAMPINE_4_2_3},
+     // Its solution of order 4 has four stages: 1 + z + z^2/2 + z^3/6 + z^4/24, as the classical method.
+     {"ARKODE_ZONNEVELD_5_3_4", ARKODE_ZONNEVELD_5_3_4, 2.785, 2.828},
+     {"ARKODE_SAYFY_ABURUB_6_3_4", ARKODE_SAYFY_ABURUB_6_3_4},
+     {"ARKODE_CASH_KARP_6_4_5", ARKODE_CASH_KARP_6_4_5},
+     {"ARKODE_FEHLBERG_6_4_5", ARKODE_FEHLBERG_6_4_5},
+     {"ARKODE_DORMAND_PRINCE_7_4_5", ARKODE_DORMAND_PRINCE_7_4_5},
+     {"ARKODE_VERNER_8_5_6", ARKODE_VERNER_8_5_6}}};
+
+const ArkodeTable* FindArkodeTable(std::string_view name) {
+  // Not by ARKodeButcherTable_LoadERKByName(), which prints where a name is unknown.
+  const auto known = std::ranges::find(kArkodeTables, name, &ArkodeTable::name);
+  return known == kArkodeTables.end() ? nullptr : &*known;
+}
 
 /// A pair of ours or of ARKODE.
 Owner<ARKodeButcherTable> MakeTable(const std::string& name) {
   const RungeKuttaPair* pair = FindRungeKuttaPair(name);
   if (pair == nullptr) {
-    // Not by ARKodeButcherTable_LoadERKByName(), which prints where a name is unknown.
-    const auto known = std::find_if(kArkodeTables.begin(), kArkodeTables.end(),
-                                    [&](const ArkodeTable& table) { return table.name == name; });
-    if (known == kArkodeTables.end())
-      throw std::invalid_argument("no explicit Runge-Kutta method has the name '" + name + "'");
+    const ArkodeTable* known = FindArkodeTable(name);
+    if (known == nullptr) throw std::invalid_argument("no explicit Runge-Kutta method has the name '" + name + "'");
     return Owner<ARKodeButcherTable>(ARKodeButcherTable_LoadERK(known->id));
   }
   const std::size_t s = pair->stages();
@@ -250,10 +257,16 @@ class Integrator::Impl {
   }
 
   void Create(const IntegratorOptions& options) {
-    const std::string method = options.method.empty() ? std::string(kFastestMethod) : options.method;
+    const std::string method = options.method.empty() ? std::string(kDefaultMethod) : options.method;
     table_ = MakeTable(method);
-    pair_ = FindRungeKuttaPair(method);
-    first_same_as_last_ = pair_ != nullptr;
+    if (const RungeKuttaPair* pair = FindRungeKuttaPair(method)) {
+      first_same_as_last_ = true;
+      real_extent_ = pair->real_extent;
+      imaginary_extent_ = pair->imaginary_extent;
+    } else if (const ArkodeTable* table = FindArkodeTable(method)) {
+      real_extent_ = table->real_extent;
+      imaginary_extent_ = table->imaginary_extent;
+    }
     max_step_ = options.max_step;
     arkode_.reset(ERKStepCreate(&Rate, 0, y_.get(), context_.get()));
     if (!arkode_) throw std::runtime_error("Integrator: ERKStepCreate failed");
@@ -272,8 +285,7 @@ class Integrator::Impl {
     std::array<int, kMaxGuards> direction{};
     for (std::size_t i = 0; i < guard_count_; ++i) {
       const GuardKind kind = guards_[i].kind;
-      const bool falling =
-          kind == GuardKind::kLinks || kind == GuardKind::kTrack || kind == GuardKind::kLeafReversal;
+      const bool falling = kind == GuardKind::kLinks || kind == GuardKind::kTrack || kind == GuardKind::kLeafReversal;
       direction[i] = falling ? -1 : 0;
     }
     Check(ERKStepSetRootDirection(arkode_.get(), direction.data()));
@@ -284,7 +296,7 @@ class Integrator::Impl {
   ///   creep between rolling and rotation  f11 q (1/m + r^2/I_y) 2/V,   Hertz contact  w^2 = 3 n sqrt(q) max(1/m,
   ///   a^2/I_x).
   double CalcLargestStep() const {
-    if (pair_ == nullptr) return max_step_;
+    if (real_extent_ == 0) return max_step_;
     const ContactCurve::Place place = wagon_.contact.Find(0.0);
     const WheelContact<double> c = ContactCurve::Evaluate(wagon_.contact.cubic(place.cell), place.t);
     const WheelsetInertia& m = wagon_.wheelset;
@@ -293,7 +305,7 @@ class Integrator::Impl {
     const double root = std::cbrt((load + 0.5 * m.m * wagon_.g) / c.n);  // sqrt(q)
     const double creep = 2 * c.f11 * root * root * (1 / m.m + c.r * c.r / m.I_y) / V_;
     const double bounce = std::sqrt(3 * c.n * root * std::max(1 / m.m, c.a * c.a / m.I_x));
-    return std::min({max_step_, pair_->real_extent / creep, pair_->imaginary_extent / bounce});
+    return std::min({max_step_, real_extent_ / creep, imaginary_extent_ / bounce});
   }
 
   /// Displacement, speed and acceleration along a link.
@@ -384,7 +396,11 @@ class Integrator::Impl {
 
   static int Rate(realtype, N_Vector x, N_Vector rate, void* self) {
     Impl& me = Self(self);
-    CalcForces(me.wagon_, me.V_, me.state_.links, AsState(x), &AsState(rate), me.stage_);
+    if (me.first_same_as_last_) {
+      CalcForces(me.wagon_, me.V_, me.state_.links, AsState(x), &AsState(rate), me.stage_);
+    } else {
+      CalcRate(me.wagon_, me.V_, me.state_.links, AsState(x), &AsState(rate));
+    }
     return 0;
   }
 
@@ -448,7 +464,7 @@ class Integrator::Impl {
   const bool leaf_;
   bool needs_acceleration_ = false;
   double V_ = 0;
-  double limit_ = 0;  ///< FindTrackLimit
+  double limit_ = 0;                                 ///< FindTrackLimit
   std::array<std::int8_t, kCorners> leaf_travel_{};  ///< +1, -1: a leaf spring is being loaded, unloaded; 0 at rest
   std::array<Guard, kMaxGuards> guards_{};
   std::size_t guard_count_ = 0;
@@ -457,7 +473,7 @@ class Integrator::Impl {
   Owner<N_Vector> y_, interpolated_;
   Owner<ARKodeButcherTable> table_;
   Owner<void*> arkode_;
-  const RungeKuttaPair* pair_ = nullptr;  ///< if the method is ours
+  double real_extent_ = 0, imaginary_extent_ = 0;  ///< of the method's stability; 0: not known
   double max_step_ = 0;
 
   WagonState state_;

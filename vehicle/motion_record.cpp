@@ -33,11 +33,30 @@ std::optional<Turn> FindTurn(double h, double f0, double r0, double f1, double r
 
 }  // namespace
 
+void SlidingMaximum::See(double t, double value) {
+  while (kept_.size() > first_ && kept_.back().value <= value) kept_.pop_back();
+  kept_.push_back({t, value});
+}
+
+void SlidingMaximum::Forget(double before) {
+  while (first_ < kept_.size() && kept_[first_].t < before) ++first_;
+  if (2 * first_ < kept_.size()) return;  // moved together when half of it is waste: seldom
+  kept_.erase(kept_.begin(), kept_.begin() + static_cast<std::ptrdiff_t>(first_));
+  first_ = 0;
+}
+
+double SlidingMaximum::LargestSince(double t) const {
+  for (std::size_t i = first_; i < kept_.size(); ++i)
+    if (kept_[i].t >= t) return kept_[i].value;
+  return 0;
+}
+
 MotionRecord::MotionRecord(const Wagon& wagon, double start, double end, double window)
-    : wagon_(wagon), start_(start), window_start_(end - window), window_(std::min(window, end - start)) {
+    : wagon_(wagon), start_(start), window_(std::min(window, end - start)) {
   ring_size_ = static_cast<std::size_t>(window_ * kSpectrumHz) + 1;
   ring_.resize(ring_size_);
   for (std::vector<Extreme>& e : extremes_) e.reserve(4096);
+  for (Stop& stop : stops_) stop.begun.reserve(256);
 }
 
 MotionRecord::Point MotionRecord::CalcMotion(std::size_t motion, const StateVector<double>& x) const {
@@ -61,20 +80,13 @@ double MotionRecord::StiffnessOf(std::size_t stop) const {
 
 void MotionRecord::SeeStop(std::size_t stop, double value, double t) {
   Stop& s = stops_[stop];
-  const bool in_window = t >= window_start_;
   const double distance = std::abs(value);
-  s.use.clearance_used = std::max(s.use.clearance_used, distance);
-  if (in_window) s.use.clearance_used_in_window = std::max(s.use.clearance_used_in_window, distance);
-  const double beyond = distance - ClearanceOf(stop);
-  if (!(beyond > kTouch) || !wagon_.options.guidance) return;
-  const double force = StiffnessOf(stop) * beyond;
-  const auto count = [&](Impacts* impacts) {
-    if (!s.touches) ++impacts->count;
-    impacts->peak_N = std::max(impacts->peak_N, force);
-  };
-  count(&s.use.impacts);
-  if (in_window) count(&s.use.impacts_in_window);
+  s.used = std::max(s.used, distance);
+  s.recent.See(t, distance);
+  if (!(distance - ClearanceOf(stop) > kTouch) || !wagon_.options.guidance || s.touches) return;
   s.touches = true;
+  ++s.contacts;
+  s.begun.push_back(t);
 }
 
 void MotionRecord::LeaveStop(std::size_t stop, double value) {
@@ -94,8 +106,7 @@ void MotionRecord::Begin(const StateVector<double>& x) {
   sampled_ = 1;
 }
 
-void MotionRecord::Add(const Integrator& integrator) {
-  const WagonState& state = integrator.state();
+void MotionRecord::Add(const Integrator& integrator, const WagonState& state) {
   const double h = state.t - t_;
   std::array<CornerDeflection<double>, kCorners> d;
   for (std::size_t i = 0; i < kCorners; ++i) d[i] = CalcDeflection(wagon_, state.x, i);
@@ -114,13 +125,12 @@ void MotionRecord::Add(const Integrator& integrator) {
     LeaveStop(i, now.value);
     stop_points_[i] = now;
   }
-  SampleStep(integrator);
+  SampleStep(integrator, state.t);
   t_ = state.t;
   ForgetOld(state.t);
 }
 
-void MotionRecord::SampleStep(const Integrator& integrator) {
-  const double t = integrator.state().t;
+void MotionRecord::SampleStep(const Integrator& integrator, double t) {
   for (;;) {
     const double due = start_ + static_cast<double>(sampled_) / kSpectrumHz;
     if (due > t) return;
@@ -131,11 +141,16 @@ void MotionRecord::SampleStep(const Integrator& integrator) {
   }
 }
 
-/// Keeps the memory of extremes within what a window holds.
+/// Keeps the memory within what a window holds.
 void MotionRecord::ForgetOld(double t) {
   for (std::vector<Extreme>& e : extremes_) {
     if (e.size() < e.capacity()) continue;
     std::erase_if(e, [&](const Extreme& x) { return x.t < t - window_; });
+  }
+  for (Stop& stop : stops_) {
+    stop.recent.Forget(t - window_);
+    if (stop.begun.size() == stop.begun.capacity())
+      std::erase_if(stop.begun, [&](double b) { return b < t - window_; });
   }
 }
 
@@ -149,7 +164,8 @@ std::vector<double> MotionRecord::CollectSamples(std::size_t motion) const {
 MotionFigures MotionRecord::CalcFigures(std::size_t motion, double t_end) const {
   const std::vector<double> samples = CollectSamples(motion);
   auto [low, high] = std::minmax_element(samples.begin(), samples.end());
-  double least = *low, most = *high;
+  const double now = motions_[motion].value;  // where the run ends, between two samples
+  double least = std::min(*low, now), most = std::max(*high, now);
   for (const Extreme& e : extremes_[motion]) {
     if (e.t < t_end - window_) continue;
     least = std::min(least, e.value);
@@ -164,6 +180,23 @@ MotionFigures MotionRecord::CalcFigures(std::size_t motion, double t_end) const 
   return figures;
 }
 
+/// The force follows from the displacement, its peak from the largest.
+Impacts MotionRecord::CalcImpacts(std::size_t stop, int count, double used) const {
+  const double beyond = used - ClearanceOf(stop);
+  return {.count = count, .peak_N = beyond > kTouch ? StiffnessOf(stop) * beyond : 0};
+}
+
+GuidanceUse MotionRecord::CalcUse(std::size_t stop) const {
+  const Stop& s = stops_[stop];
+  const double since = t_ - window_;
+  const double recent = s.recent.LargestSince(since);
+  const auto begun = std::count_if(s.begun.begin(), s.begun.end(), [since](double t) { return t >= since; });
+  return {.clearance_used = s.used,
+          .impacts = CalcImpacts(stop, s.contacts, s.used),
+          .clearance_used_in_window = recent,
+          .impacts_in_window = CalcImpacts(stop, static_cast<int>(begun), recent)};
+}
+
 void MotionRecord::Summarise(SimulationResult* result) const {
   for (std::size_t i = 0; i < kMotionCount; ++i) result->motions[i] = CalcFigures(i, t_);
   const auto merge = [](const Impacts& part, Impacts* whole) {
@@ -171,7 +204,7 @@ void MotionRecord::Summarise(SimulationResult* result) const {
     whole->peak_N = std::max(whole->peak_N, part.peak_N);
   };
   for (std::size_t i = 0; i < kStops; ++i) {
-    const GuidanceUse& part = stops_[i].use;
+    const GuidanceUse part = CalcUse(i);
     GuidanceUse& whole = i < kAxles ? result->lateral[i] : result->longitudinal[AxleOf(i - kAxles)];
     whole.clearance_used = std::max(whole.clearance_used, part.clearance_used);
     whole.clearance_used_in_window = std::max(whole.clearance_used_in_window, part.clearance_used_in_window);

@@ -8,17 +8,36 @@
 
 namespace uiclink {
 
+/// The largest of the values seen in the last so many seconds: of the values seen, those that a later one equals or
+/// exceeds are forgotten.
+class SlidingMaximum {
+ public:
+  SlidingMaximum() { kept_.reserve(256); }
+  void See(double t, double value);
+  void Forget(double before);           ///< values from before this time are not asked for any more
+  double LargestSince(double t) const;  ///< 0 if none has been seen since
+
+ private:
+  struct Seen {
+    double t, value;
+  };
+  std::vector<Seen> kept_;  ///< by increasing time, hence by falling value; from first_ on
+  std::size_t first_ = 0;
+};
+
 /// What a run leaves behind: extremes of its motions, guidance contacts, and evenly spaced values for spectra.
 ///
 /// Extremes are found within steps, by the cubic through values and rates at both ends, so that they do not depend on
 /// any sampling.
 class MotionRecord {
  public:
-  /// @param window  of the figures "in the window": the last so many seconds before the end.
+  /// @param end     when the run is to end; it may end earlier.
+  /// @param window  of the figures "in the window": the last so many seconds that were run.
   MotionRecord(const Wagon& wagon, double start, double end, double window);
 
   void Begin(const StateVector<double>& x);
-  void Add(const Integrator& integrator);  ///< after every step
+  /// After every step: where it ended, or where the run did within it.
+  void Add(const Integrator& integrator, const WagonState& end);
   void Summarise(SimulationResult* result) const;
 
  private:
@@ -33,7 +52,10 @@ class MotionRecord {
   };
   struct Stop {
     bool touches = false;
-    GuidanceUse use;
+    double used = 0;                 ///< largest |displacement| [m]
+    int contacts = 0;                ///< that began
+    SlidingMaximum recent;           ///< |displacement|
+    std::vector<double> begun = {};  ///< when the contacts of the last window began [s]
   };
 
   Point CalcMotion(std::size_t motion, const StateVector<double>& x) const;
@@ -42,13 +64,15 @@ class MotionRecord {
   double StiffnessOf(std::size_t stop) const;  ///< N per m beyond the clearance
   void SeeStop(std::size_t stop, double value, double t);
   void LeaveStop(std::size_t stop, double value);
-  void SampleStep(const Integrator& integrator);
+  Impacts CalcImpacts(std::size_t stop, int count, double used) const;
+  GuidanceUse CalcUse(std::size_t stop) const;
+  void SampleStep(const Integrator& integrator, double t);
   void ForgetOld(double t);
   std::vector<double> CollectSamples(std::size_t motion) const;
   MotionFigures CalcFigures(std::size_t motion, double t_end) const;
 
   const Wagon& wagon_;
-  double start_, window_start_, window_;
+  double start_, window_;
   double t_ = 0;
   std::array<Point, kMotionCount> motions_{};
   std::array<Point, kStops> stop_points_{};

@@ -83,7 +83,7 @@ class Run {
       const Advance advance = integrator_.Step(std::min(checkpoint_, end_));
       const double t = integrator_.state().t;
       WatchLoads();
-      record_.Add(integrator_);
+      record_.Add(integrator_, lift_ ? result_.state : integrator_.state());
       Sample();
       if (advance == Advance::kDerailed) EndDerailed();
       if (advance == Advance::kStopTime && !ended_) PassStopTime(t);

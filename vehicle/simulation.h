@@ -16,7 +16,8 @@ struct SimulationOptions {
   double duration = 60;        ///< [s] from the start state's time
   double output_hz = 0;        ///< samples per second in the result, at start.t + i / output_hz; 0: none
   bool output_forces = false;  ///< forces beside every sample
-  double window = 10;          ///< amplitudes, frequencies and figures "in the window" are of the last so many seconds
+  double window =
+      10;  ///< amplitudes, frequencies and figures "in the window" are of the last so many seconds that were run
   bool end_at_wheel_lift = true;  ///< or go on with a wheel in the air (N = 0)
   IntegratorOptions integrator;
 

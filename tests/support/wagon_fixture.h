@@ -8,7 +8,7 @@
 
 #include "data/parameter_set_file.h"
 #include "vehicle/contact/contact_table.h"
-#include "vehicle/contact/geometry.h"
+#include "vehicle/contact/calc_contact_table.h"
 #include "vehicle/freight.h"
 #include "vehicle/inertia.h"
 #include "vehicle/wagon.h"

@@ -4,9 +4,12 @@
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
+#include <unistd.h>
 
 #include <cmath>
+#include <filesystem>
 #include <numbers>
+#include <string>
 
 #include "data/input_error.h"
 #include "tests/support/wagon_fixture.h"
@@ -154,6 +157,77 @@ TEST(Simulation, WheelLiftEndsARunWithWords) {
   EXPECT_EQ(Simulate(Track().wagon, 20, thrown, options).end, SimulationEnd::kDuration);
 }
 
+/// What a run says of its window, beside dense samples of the same seconds.
+void ExpectWindowOfSamples(const SimulationResult& result, double window) {
+  const Wagon& wagon = Track().wagon;
+  const double since = result.state.t - window;
+  double low = 1, high = -1, used = 0, peak = 0;
+  int begun = 0;
+  bool touched = false;
+  for (std::size_t i = 0; i < result.samples.size(); ++i) {
+    const SimulationSample& s = result.samples[i];
+    const double guide = result.forces[i].guide_y[2] + result.forces[i].guide_y[3];
+    const bool begins = guide != 0 && !touched;
+    touched = guide != 0;
+    if (s.t < since) continue;
+    begun += begins;
+    used = std::max(used, std::abs(CalcDeflection(wagon, s.x, 2).dy));
+    peak = std::max(peak, std::abs(guide));
+    low = std::min(low, s.x[kBody + body::kY]);
+    high = std::max(high, s.x[kBody + body::kY]);
+  }
+  const GuidanceUse& rear = result.lateral[1];
+  EXPECT_EQ(rear.impacts_in_window.count, begun);
+  // At 0.3 m/s a window that begins or ends between two samples, 50 us apart, is 15 um off.
+  EXPECT_NEAR(rear.clearance_used_in_window, used, 15e-6);
+  EXPECT_NEAR(rear.impacts_in_window.peak_N, peak, 2 * wagon.guidance.lateral.k * 15e-6);
+  if (window < result.simulated) return;
+  // Amplitudes know the window's beginning to 5 ms only, unless it is the start of the run.
+  EXPECT_NEAR(result.motions[static_cast<std::size_t>(TrackedMotion::kBodyLateral)].amplitude, 0.5 * (high - low),
+              15e-6);
+}
+
+TEST(Simulation, WindowOfARunThatEndsEarlyIsItsLastSeconds) {
+  // The body is thrown against the guidance of the rear wheelset, and a wheel lifts off soon after.
+  WagonState thrown = Perturb(Track().wagon, FindEquilibrium(Track().wagon, 20), {.front_y = 4e-3, .rear_y = 4e-3});
+  thrown.x[kBody + body::kYRate] = 0.2;
+  thrown.x[kBody + body::kPhiRate] = -0.2;
+  SimulationOptions options = Seconds(30);  // whose last seconds this run never sees
+  options.output_hz = 20000;
+  options.output_forces = true;
+  int with_impact = 0, without = 0;
+  for (const double window : {0.01, 0.05, 0.1, 0.15, 3.0}) {
+    SCOPED_TRACE(window);
+    options.window = window;
+    const SimulationResult result = Simulate(Track().wagon, 20, thrown, options);
+    ASSERT_EQ(result.end, SimulationEnd::kWheelLift);
+    ASSERT_LT(result.simulated, 0.3);
+    EXPECT_EQ(result.lateral[1].impacts.count, 1);
+    ++(result.lateral[1].impacts_in_window.count > 0 ? with_impact : without);
+    ExpectWindowOfSamples(result, window);
+  }
+  EXPECT_GT(with_impact, 0);
+  EXPECT_GT(without, 0);
+}
+
+/// Hunting that dies out: what the guidance took at the start is not what it takes in the window.
+TEST(Simulation, WindowForgetsWhatWasBefore) {
+  SimulationOptions options = Seconds(40);
+  options.window = 2;
+  const WagonState pushed = Perturb(Track().wagon, FindEquilibrium(Track().wagon, 5), {.body_y = 25e-3});
+  const SimulationResult result = Simulate(Track().wagon, 5, pushed, options);
+  ASSERT_EQ(result.end, SimulationEnd::kDuration) << result.end_reason;
+  for (const GuidanceUse& use : result.lateral) {
+    EXPECT_GT(use.impacts.count, 0);
+    EXPECT_GT(use.impacts.peak_N, 0);
+    EXPECT_GT(use.clearance_used, 20e-3);
+    EXPECT_EQ(use.impacts_in_window.count, 0);
+    EXPECT_EQ(use.impacts_in_window.peak_N, 0);
+    EXPECT_LT(use.clearance_used_in_window, 20e-3);
+    EXPECT_GT(use.clearance_used_in_window, 0);
+  }
+}
+
 TEST(Simulation, CanBeStopped) {
   SimulationOptions options = Seconds(1000);
   options.on_progress = [](double t) { return t < 1; };
@@ -170,6 +244,29 @@ TEST(Simulation, RefusesOptionsOutOfRange) {
   options = {};
   options.checkpoint_interval = 0;
   EXPECT_THROW(Simulate(Track().wagon, 20, Track().start, options), std::invalid_argument);
+}
+
+TEST(StateFile, WrittenToDiskReadsBackBitByBit) {
+  const std::filesystem::path path =
+      std::filesystem::temp_directory_path() / ("uiclink_state_" + std::to_string(::getpid()) + ".txt");
+  const SimulationResult run = Simulate(Track().wagon, 20, Track().start, Seconds(2.7));
+  const SavedState saved{.state = run.state, .V = 20, .identity = "set1, hand-made"};
+  WriteStateFile(path, Track().wagon, saved);
+  const SavedState read = ReadStateFile(path, Track().wagon, saved.identity);
+  EXPECT_EQ(read.V, saved.V);
+  EXPECT_EQ(read.identity, saved.identity);
+  EXPECT_EQ(read.state.t, saved.state.t);
+  EXPECT_EQ(read.state.x, saved.state.x);
+  // Everything of the links is in the text.
+  EXPECT_EQ(FormatState(Track().wagon, read), FormatState(Track().wagon, saved));
+  // And the run goes on from it as from the state itself.
+  EXPECT_EQ(Simulate(Track().wagon, 20, read.state, Seconds(1)).state.x,
+            Simulate(Track().wagon, 20, saved.state, Seconds(1)).state.x);
+  WriteStateFile(path, Track().wagon, {.state = Track().start, .V = 11, .identity = "again"});  // in its place
+  EXPECT_EQ(ReadStateFile(path, Track().wagon, "").V, 11);
+  EXPECT_THROW(ReadStateFile(path, Track().wagon, saved.identity), InputError);
+  std::filesystem::remove(path);
+  EXPECT_THROW(ReadStateFile(path, Track().wagon, ""), InputError);
 }
 
 TEST(StateFile, SaysWhatIsWrongAndWhere) {
