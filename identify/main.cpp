@@ -5,6 +5,7 @@
 #include <unistd.h>
 
 #include <CLI/CLI.hpp>
+#include <charconv>
 #include <exception>
 #include <filesystem>
 #include <iostream>
@@ -78,6 +79,13 @@ void AddValidateOptions(CLI::App* app, Arguments* arguments) {
       }
     };
   };
+  const auto is_speed = [](const std::string& text) -> std::string {  // CLI::Range lets "nan" pass
+    double speed = 0;
+    const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), speed);
+    return error == std::errc() && end == text.data() + text.size() && speed >= 1 && speed <= 100
+               ? ""
+               : "expected a number from 1 to 100 m/s, found \"" + text + '"';
+  };
   CLI::Option* const none =
       app->add_flag("--no-wagon", arguments->no_wagon, "do not run the wagon on the identified links");
   app->add_option("--cargo", arguments->validate.cargo, "the wagon's freight: a name or a file")
@@ -92,7 +100,7 @@ void AddValidateOptions(CLI::App* app, Arguments* arguments) {
       ->excludes(none);
   app->add_option("--wagon-speed", arguments->validate.speed, "speed of its hunting run [m/s]")
       ->type_name("V")
-      ->check(CLI::Range(1.0, 100.0))
+      ->check(is_speed, "")
       ->capture_default_str()
       ->excludes(none);
 }
@@ -182,12 +190,13 @@ void PrintNothingDone(std::size_t records) {
 }
 
 void Emit(const Arguments& arguments, const std::string& text, const std::string& json) {
+  if (!arguments.json.empty() && !arguments.JsonToStdout()) WriteFileWhole(arguments.json, json);
   if (arguments.JsonToStdout()) {
     std::cout << json;
-    return;
+  } else if (!arguments.quiet) {
+    std::cout << text;
   }
-  if (!arguments.json.empty()) WriteFileWhole(arguments.json, json);
-  if (!arguments.quiet) std::cout << text;
+  if (!std::cout.flush()) throw InputError("standard output", 0, "expected room for the result, found none");
 }
 
 /// Writes what the wagon reads, and gives it: the identified set, and the plain model's where causes were named. A

@@ -142,6 +142,8 @@ class Script {
         Width(box.left), Width(box.right), Height(box.top), Height(box.bottom));
     AddAxis('x', panel.x, layout_.panels[p].x);
     AddAxis('y', panel.y, layout_.panels[p].y);
+    Add("set xlabel {} noenhanced offset 0,{}\n", Quote(AxisTitle(panel.x)), label_rise_);
+    AddVerticalTitle(panel.y, box);
     AddTitle(panel, box);
     AddGuides(panel);
     for (const FigureNote& note : panel.notes) {
@@ -154,7 +156,6 @@ class Script {
   double Height(double pixels) const { return 1 - pixels / layout_.height; }  // gnuplot counts from below
 
   void AddAxis(char name, const FigureAxis& axis, const AxisRange& range) {
-    Add("set {}label {} noenhanced offset 0,{}\n", name, Quote(AxisTitle(axis)), name == 'x' ? label_rise_ : 0);
     if (axis.log) Add("set logscale {}\n", name);
     Add("set format {} '{}'\n", name, axis.log ? "10^{%L}" : "%h");
     if (axis.reversed) {
@@ -162,6 +163,14 @@ class Script {
     } else {
       Add("set {}range [{}:{}]\n", name, range.low, range.high);
     }
+  }
+
+  /// Not by `set ylabel`: gnuplot puts that one left of the tics' numbers, as wide as it expects them to be, and leaves
+  /// it out where that is beyond the edge of the picture.
+  void AddVerticalTitle(const FigureAxis& axis, const PanelBox& box) {
+    if (AxisTitle(axis).empty()) return;
+    Add("set label {} at screen {},{} center rotate by 90 noenhanced\n", Quote(AxisTitle(axis)),
+        Width(box.left - kVerticalTitle), Height(0.5 * (box.top + box.bottom)));
   }
 
   /// The title at the left of its line; the legend at the right of that line or in rows below it.

@@ -29,6 +29,9 @@ struct PanelLayout {
   AxisRange y;
 };
 
+/// From the axis of y to the middle of its title [px]: within the margin, left of tics with seven letters.
+inline constexpr double kVerticalTitle = 70;
+
 struct FigureLayout {
   int height = 0;  ///< of the picture [px]
   std::vector<PanelLayout> panels;

@@ -3,16 +3,11 @@
 #include <fmt/format.h>
 
 #include <CLI/CLI.hpp>
+#include <algorithm>
 #include <memory>
-#include <nlohmann/json.hpp>
 
-#include "data/checksum.h"
-#include "data/data_path.h"
-#include "data/file.h"
-#include "data/parameter_set_file.h"
 #include "vehicle/commands.h"
 #include "vehicle/element_report.h"
-#include "vehicle/report_json.h"
 
 namespace uiclink {
 namespace {
@@ -31,19 +26,38 @@ struct Arguments {
   ElementOptions options;
 };
 
-void ReadSet(const Arguments& arguments, ElementOptions* options, WagonInputs* inputs) {
-  const std::filesystem::path path = FindDataFile("parameter_sets", arguments.set);
-  const std::string text = ReadFileWhole(path);
-  options->set = ParseParameterSet(text, path.string());
-  inputs->files.push_back(
-      {.role = "set", .name = options->set.name, .path = path.string(), .sha256 = CalcSha256(text)});
+/// Benches that an option belongs to; the others take no notice of it.
+const std::vector<std::pair<const char*, std::vector<std::string>>>& OptionBenches() {
+  static const std::vector<std::pair<const char*, std::vector<std::string>>> benches{
+      {"--beta", {"leaf-harmonic", "leaf-drop"}},
+      {"--amplitude", {"leaf-harmonic"}},
+      {"--mass", {"leaf-harmonic", "leaf-drop", "parabolic"}},
+      {"--frequency", {"parabolic"}},
+      {"--mu", {"parabolic"}},
+      {"--clearances", {"guidance"}},
+      {"--perturbation", {"guidance"}},
+      {"--set", {"dry-friction"}},
+      {"--direction", {"dry-friction"}},
+      {"--pull", {"dry-friction"}},
+      {"--time", {"leaf-drop", "guidance", "dry-friction"}}};
+  return benches;
+}
+
+/// Options that were given in vain.
+std::vector<std::string> FindUnused(const CLI::App& app, const std::string& bench) {
+  std::vector<std::string> notices;
+  for (const auto& [option, benches] : OptionBenches()) {
+    if (app.get_option(option)->count() > 0 && std::ranges::find(benches, bench) == benches.end())
+      notices.push_back(fmt::format("{} means nothing to {}; it is for {}", option, bench, fmt::join(benches, ", ")));
+  }
+  return notices;
 }
 
 int RunElement(const Arguments& arguments) {
   const ElementBench bench = FindElementBench(arguments.bench);
+  CheckWritable(arguments.output);
   WagonInputs inputs;
-  ReadWagonBody(arguments.choice, &inputs);
-  std::erase_if(inputs.files, [](const InputFile& file) { return file.role == "cargo"; });  // no bench carries freight
+  ReadWagonFile(arguments.choice, &inputs);
   ElementOptions options = arguments.options;
   options.wagon = inputs.data;
   options.amplitude = 1e-3 * arguments.amplitude_mm;
@@ -53,9 +67,8 @@ int RunElement(const Arguments& arguments) {
   options.direction = arguments.direction == "lateral" ? Direction::kLateral : Direction::kLongitudinal;
   options.exaggerated = arguments.clearances != "true";
   options.true_clearances = arguments.clearances != "exaggerated";
-  if (bench == ElementBench::kDryFriction) ReadSet(arguments, &options, &inputs);
-  const Json files = {{"files", InputsToJson(inputs)["files"]}};
-  const ElementReport report = MakeElementReport(bench, options, files.dump());
+  if (bench == ElementBench::kDryFriction) options.set = ReadSet(arguments.set, &inputs);
+  const ElementReport report = MakeElementReport(bench, options, inputs);
   FigureWriter writer(arguments.output);
   for (const ElementSeries& series : report.series) writer.WriteText(series.name + ".csv", FormatCsv(series.columns));
   for (const auto& [name, figure] : report.figures) writer.Write(name, figure, false);
@@ -70,26 +83,26 @@ void AddLeafOptions(CLI::App* app, Arguments* arguments) {
          "--beta", arguments->betas_mm,
          "leaf springs: displacements over which the force goes over to the envelope [mm] (default: the thesis's)")
       ->type_name("BETA ...")
-      ->check(CheckPositive)
+      ->check(CheckBetween(1e-3, 1e3, "mm"))
       ->expected(1, -1)
       ->group("Benches");
   app->add_option("--amplitude", arguments->amplitude_mm,
                   "leaf-harmonic: [mm] (default: the static compression's half, and its half)")
       ->type_name("A")
-      ->check(CheckPositive)
+      ->check(CheckBetween(1e-3, 1e3, "mm"))
       ->group("Benches");
   app->add_option("--mass", arguments->options.mass, "springs: load [kg] (default: a quarter of the body)")
       ->type_name("M")
-      ->check(CheckPositive)
+      ->check(CheckBetween(1, 1e6, "kg"))
       ->group("Benches");
   app->add_option("--frequency", arguments->options.frequency, "parabolic: [Hz]")
       ->type_name("F")
-      ->check(CheckPositive)
+      ->check(CheckBetween(1e-3, 1e3, "Hz"))
       ->capture_default_str()
       ->group("Benches");
   app->add_option("--mu", arguments->options.mu, "parabolic: friction of the leaves")
       ->type_name("MU")
-      ->check(CheckPositive)
+      ->check(CheckBetween(1e-6, 10, ""))
       ->capture_default_str()
       ->group("Benches");
 }
@@ -102,6 +115,7 @@ void AddOtherOptions(CLI::App* app, Arguments* arguments) {
       ->group("Benches");
   app->add_option("--perturbation", arguments->perturbation_mm, "guidance: of the second run's start [mm]")
       ->type_name("Y")
+      ->check(CheckBetween(-100, 100, "mm"))
       ->capture_default_str()
       ->group("Benches");
   app->add_option("--set", arguments->set, "dry-friction: parameter set")
@@ -115,12 +129,13 @@ void AddOtherOptions(CLI::App* app, Arguments* arguments) {
       ->group("Benches");
   app->add_option("--pull", arguments->pull_mm, "dry-friction: released from here [mm]")
       ->type_name("Y")
+      ->check(CheckBetween(-1e3, 1e3, "mm"))
       ->capture_default_str()
       ->group("Benches");
   app->add_option("--time", arguments->options.duration,
                   "leaf-drop, guidance, dry-friction: [s] (default: each its own)")
       ->type_name("T")
-      ->check(CheckPositive)
+      ->check(CheckBetween(1e-3, 1e4, "s"))
       ->group("Benches");
 }
 
@@ -147,7 +162,10 @@ Command AddElementCommand(CLI::App* program) {
       "  wagon element leaf-drop --beta 0.01 1 5\n"
       "  wagon element guidance --clearances true --time 10\n"
       "  wagon element dry-friction --set set2 --direction longitudinal --pull 30");
-  return {app, [arguments] { return RunElement(*arguments); }};
+  return {app, [arguments, app] {
+            PrintNotices(FindUnused(*app, arguments->bench));
+            return RunElement(*arguments);
+          }};
 }
 
 }  // namespace uiclink

@@ -2,11 +2,9 @@
 
 #include <CLI/CLI.hpp>
 #include <memory>
-#include <nlohmann/json.hpp>
 
 #include "vehicle/commands.h"
 #include "vehicle/inertia_report.h"
-#include "vehicle/report_json.h"
 
 namespace uiclink {
 namespace {
@@ -19,28 +17,21 @@ struct Arguments {
 
 int RunInertia(const Arguments& arguments) {
   WagonInputs inputs;
+  inputs.choice = arguments.choice;
+  ReadWagonFile(arguments.choice, &inputs);
   std::vector<Freight> freights;
   for (const std::string& cargo : arguments.cargoes) {
     WagonChoice choice = arguments.choice;
     choice.cargo = cargo;
-    WagonInputs with_cargo;
-    ReadWagonBody(choice, &with_cargo);
-    if (freights.empty()) {
-      inputs = with_cargo;
-    } else {
-      inputs.files.push_back(with_cargo.files.back());
-      for (const std::string& notice : with_cargo.notices) inputs.notices.push_back(notice);
-    }
-    freights.push_back(with_cargo.freight);
+    ReadCargo(choice, &inputs);
+    freights.push_back(inputs.freight);
   }
-  inputs.choice = arguments.choice;
   inputs.body = {};  // there is one for each freight, in the result itself
   PrintNotices(inputs.notices);
-  const InertiaOptions& options = arguments.choice.inertia;
-  const std::string json = FormatInertiaJson(inputs.data, freights, options, InputsToJson(inputs).dump());
+  const std::string json = FormatInertiaJson(inputs, freights);
   FigureWriter files(arguments.output);
   files.WriteText("inertia.json", json);
-  Emit(arguments.output, FormatInertiaReport(inputs.data, freights, options) + files.Written(), json);
+  Emit(arguments.output, FormatInertiaReport(inputs.data, freights, inputs.choice.inertia) + files.Written(), json);
   return kAllDone;
 }
 

@@ -6,6 +6,7 @@
 #include <CLI/CLI.hpp>
 #include <charconv>
 #include <cmath>
+#include <filesystem>
 #include <iostream>
 #include <map>
 #include <optional>
@@ -19,6 +20,8 @@
 
 namespace uiclink {
 namespace {
+
+namespace fs = std::filesystem;
 
 /// An option whose values have names.
 template <typename T>
@@ -58,6 +61,25 @@ std::optional<double> ParseNumber(const std::string& text) {
 }
 
 constexpr const char* kGroup = "The wagon";
+
+/// A folder that is there or can be made. What only writing shows, a full disk, shows then.
+void CheckFolder(const fs::path& path) {
+  std::error_code ignored;
+  fs::path nearest = fs::absolute(path.empty() ? "." : path, ignored);
+  while (!fs::exists(nearest, ignored) && nearest.has_relative_path()) nearest = nearest.parent_path();
+  if (!fs::is_directory(nearest, ignored))
+    throw InputError(path.string(), 0, "expected a folder for results, found the file " + nearest.string());
+  if (::access(nearest.c_str(), W_OK | X_OK) != 0)
+    throw InputError(path.string(), 0, "expected a folder to write to, found no permission at " + nearest.string());
+}
+
+void CheckFile(const fs::path& path) {
+  std::error_code ignored;
+  if (fs::is_directory(path, ignored))
+    throw InputError(path.string(), 0, "expected a file that can be written, found a directory");
+  if (fs::exists(path, ignored) && !fs::is_regular_file(path, ignored)) return;  // a pipe, a device
+  CheckFolder(path.parent_path());
+}
 
 }  // namespace
 
@@ -133,7 +155,7 @@ void AddWagonOptions(CLI::App* app, WagonChoice* choice) {
       ->group(kGroup);
   app->add_option("--friction", choice->options.mu, "of wheel on rail")
       ->type_name("MU")
-      ->check(CheckPositive)
+      ->check(CheckBetween(1e-6, 10, ""))
       ->capture_default_str()
       ->group(kGroup);
   const auto set_roll = [choice](const std::string& word) { choice->options.printed_roll = word == "printed"; };
@@ -145,14 +167,12 @@ void AddWagonOptions(CLI::App* app, WagonChoice* choice) {
       ->group(kGroup);
 }
 
-std::string CheckPositive(const std::string& text) {
-  const std::optional<double> value = ParseNumber(text);
-  return value && *value > 0 ? "" : fmt::format("expected a number > 0, found \"{}\"", text);
-}
-
-std::string CheckNotNegative(const std::string& text) {
-  const std::optional<double> value = ParseNumber(text);
-  return value && *value >= 0 ? "" : fmt::format("expected a number >= 0, found \"{}\"", text);
+std::function<std::string(const std::string&)> CheckBetween(double low, double high, const std::string& unit) {
+  return [low, high, space_and_unit = unit.empty() ? "" : " " + unit](const std::string& text) -> std::string {
+    const std::optional<double> value = ParseNumber(text);
+    if (value && low <= *value && *value <= high) return "";
+    return fmt::format("expected a number from {:g} to {:g}{}, found \"{}\"", low, high, space_and_unit, text);
+  };
 }
 
 void TidyHelp(CLI::App* app) {
@@ -166,13 +186,22 @@ void TidyHelp(CLI::App* app) {
   }
 }
 
+void CheckWritable(const Output& output, const std::vector<std::string>& files) {
+  if (!output.folder.empty()) CheckFolder(output.folder);
+  if (!output.json.empty() && !output.JsonToStdout()) CheckFile(output.json);
+  for (const std::string& file : files) {
+    if (!file.empty()) CheckFile(file);
+  }
+}
+
 void Emit(const Output& output, const std::string& text, const std::string& json) {
+  if (!output.json.empty() && !output.JsonToStdout()) WriteFileWhole(output.json, json);
   if (output.JsonToStdout()) {
     std::cout << json;
-    return;
+  } else if (!output.quiet) {
+    std::cout << text;
   }
-  if (!output.json.empty()) WriteFileWhole(output.json, json);
-  if (!output.quiet) std::cout << text;
+  if (!std::cout.flush()) throw InputError("standard output", 0, "expected room for the result, found none");
 }
 
 void PrintNotices(const std::vector<std::string>& notices) {

@@ -3,7 +3,9 @@
 #include <fmt/format.h>
 
 #include <CLI/CLI.hpp>
+#include <algorithm>
 #include <chrono>
+#include <cmath>
 #include <csignal>
 #include <filesystem>
 #include <memory>
@@ -46,19 +48,44 @@ struct Start {
 };
 
 /// What a saved run must have in common with the one that goes on from it.
-std::string Identity(const WagonInputs& inputs, double speed) {
+std::string Identity(const WagonInputs& inputs, const Arguments& arguments) {
   const WagonOptions& options = inputs.choice.options;
   constexpr std::size_t kDigits = 16;
-  std::string identity =
-      fmt::format("speed={} com={} partitions={} suspension={} guidance={} penetration={} friction={} roll={}", speed,
-                  Name(inputs.choice.inertia.com), Name(inputs.choice.inertia.partitions), Name(options.suspension),
-                  options.guidance ? "yes" : "no", Name(options.penetration), options.mu,
-                  options.printed_roll ? "printed" : "corrected");
+  std::string identity = fmt::format(
+      "speed={} tolerance={} com={} partitions={} suspension={} guidance={} penetration={} friction={} "
+      "roll={}",
+      arguments.speed, arguments.tolerance, Name(inputs.choice.inertia.com), Name(inputs.choice.inertia.partitions),
+      Name(options.suspension), options.guidance ? "yes" : "no", Name(options.penetration), options.mu,
+      options.printed_roll ? "printed" : "corrected");
   for (const InputFile& file : inputs.files) {
     identity += fmt::format(" {}={}", file.role, file.sha256.substr(0, kDigits));
     if (file.role == "set") identity += fmt::format("({})", fmt::join(file.used_for, ","));
   }
-  return identity;
+  std::string start = arguments.start;
+  std::erase(start, ' ');  // words of an identity are apart by blanks
+  return identity + " start=" + start;
+}
+
+/// Samples stay in memory: 3 kB each with their forces and the text of the file.
+void CheckSampleCount(const Arguments& arguments, const WagonState& start) {
+  constexpr double kMost = 1e6;
+  const double samples = (arguments.until - start.t) * arguments.output_hz;
+  if (samples <= kMost) return;
+  throw UsageError(fmt::format("--output-rate: expected at most {:g} samples, {:g} Hz over {:g} s, found {:g} Hz",
+                               kMost, kMost / (arguments.until - start.t), arguments.until - start.t,
+                               arguments.output_hz));
+}
+
+/// A wheelset beyond the contact table is on no rail.
+void CheckOnRails(const Wagon& wagon, const WagonState& state, const std::string& start) {
+  const double reach = std::min(-wagon.contact.y_min(), wagon.contact.y_max());
+  for (const double y : {state.x[wheelset::kY], state.x[kRearWheelset + wheelset::kY]}) {
+    if (std::abs(y) < reach) continue;
+    throw UsageError(
+        fmt::format("--start: expected wheelsets within the contact table, {:g} mm to either side, "
+                    "found one at {:g} mm after {}",
+                    1e3 * reach, 1e3 * y, start));
+  }
 }
 
 /// From the saved run if there is one, with --resume; else as --start says.
@@ -76,7 +103,9 @@ Start FindStart(const Arguments& arguments, const Wagon& wagon, const std::strin
   }
   if (text == "equilibrium") return {FindEquilibrium(wagon, arguments.speed), "running equilibrium"};
   const Perturbation by = ParsePerturbation(text);  // before the equilibrium is looked for
-  return {Perturb(wagon, FindEquilibrium(wagon, arguments.speed), by), "running equilibrium with " + text};
+  Start start{Perturb(wagon, FindEquilibrium(wagon, arguments.speed), by), "running equilibrium with " + text};
+  CheckOnRails(wagon, start.state, text);
+  return start;
 }
 
 /// Keeps the last state from which a run can go on bit by bit, and writes it from time to time.
@@ -142,17 +171,20 @@ void WriteFiles(const SimulationRun& run, const std::string& json, FigureWriter*
 int RunSimulate(const Arguments& arguments) {
   if (arguments.resume && arguments.state_file.empty())
     throw UsageError("--resume: expected --save-state FILE beside it, found none");
-  if (arguments.start.find('=') != std::string::npos && !std::filesystem::exists(arguments.start))
+  std::error_code ignored;
+  if (arguments.start.find('=') != std::string::npos && !std::filesystem::exists(arguments.start, ignored))
     ParsePerturbation(arguments.start);
+  CheckWritable(arguments.output, {arguments.state_file});
   const WagonInputs inputs = ReadWagonInputs(arguments.choice);
   PrintNotices(inputs.notices);
   const Wagon wagon = MakeWagon(inputs);
-  const std::string identity = Identity(inputs, arguments.speed);
+  const std::string identity = Identity(inputs, arguments);
   const Start start = FindStart(arguments, wagon, identity);
   if (!(arguments.until > start.state.t)) {
     throw UsageError(fmt::format("--time: expected more than the {:g} s that {} has run, found {:g}", start.state.t,
                                  arguments.state_file, arguments.until));
   }
+  CheckSampleCount(arguments, start.state);
   const Progress progress(arguments.output);
   Checkpoints checkpoints(arguments, wagon, identity);
   SimulationOptions options = MakeOptions(arguments, start.state, progress);
@@ -181,11 +213,11 @@ Command AddSimulateCommand(CLI::App* program) {
       program->add_subcommand("simulate", "a run in time: histories, amplitudes, frequencies, impacts");
   app->add_option("--speed", arguments->speed, "speed [m/s]")
       ->type_name("V")
-      ->check(CheckPositive)
+      ->check(CheckBetween(kLowestSpeed, kHighestSpeed, "m/s"))
       ->capture_default_str();
   app->add_option("--time", arguments->until, "until when to simulate [s]")
       ->type_name("T")
-      ->check(CheckPositive)
+      ->check(CheckBetween(1e-6, 1e7, "s"))
       ->capture_default_str();
   app->add_option("--start", arguments->start,
                   "equilibrium, a state file, or displacements from the equilibrium with units: "
@@ -195,17 +227,17 @@ Command AddSimulateCommand(CLI::App* program) {
       ->capture_default_str();
   app->add_option("--window", arguments->window, "amplitudes and frequencies are of the last so many seconds")
       ->type_name("T")
-      ->check(CheckPositive)
+      ->check(CheckBetween(1e-6, 1e7, "s"))
       ->capture_default_str();
   app->add_option("--output-rate", arguments->output_hz, "samples per second in the histories; 0: none")
       ->type_name("HZ")
-      ->check(CheckNotNegative)
+      ->check(CheckBetween(0, 1e5, "Hz"))
       ->capture_default_str();
   app->add_flag("--no-forces", arguments->no_forces, "histories without forces");
   app->add_flag("--through-wheel-lift", arguments->through_wheel_lift, "go on when a wheel leaves its rail");
   app->add_option("--tolerance", arguments->tolerance, "of a step, relative to 1 mm and 1 mrad")
       ->type_name("TOL")
-      ->check(CheckPositive)
+      ->check(CheckBetween(1e-12, 0.1, ""))
       ->capture_default_str();
   app->add_option("--save-state", arguments->state_file,
                   "write the state from time to time and at the end, to go on from")

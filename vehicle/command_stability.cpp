@@ -24,6 +24,7 @@ int RunStability(const Arguments& arguments) {
     throw UsageError(fmt::format("--to: expected more than --from, {:g} m/s, found {:g}", arguments.options.from,
                                  arguments.options.to));
   }
+  CheckWritable(arguments.output);
   const auto begin = std::chrono::steady_clock::now();
   const WagonInputs inputs = ReadWagonInputs(arguments.choice);
   PrintNotices(inputs.notices);
@@ -59,19 +60,19 @@ Command AddStabilityCommand(CLI::App* program) {
   StabilityOptions& options = arguments->options;
   app->add_option("--from", options.from, "lowest speed [m/s]")
       ->type_name("V")
-      ->check(CheckPositive)
+      ->check(CheckBetween(kLowestSpeed, kHighestSpeed, "m/s"))
       ->capture_default_str();
   app->add_option("--to", options.to, "highest speed [m/s]")
       ->type_name("V")
-      ->check(CheckPositive)
+      ->check(CheckBetween(kLowestSpeed, kHighestSpeed, "m/s"))
       ->capture_default_str();
   app->add_option("--step", options.step, "of the first search [m/s]; two crossings within a step are not seen")
       ->type_name("V")
-      ->check(CheckPositive)
+      ->check(CheckBetween(1e-3, kHighestSpeed, "m/s"))
       ->capture_default_str();
   app->add_option("--tolerance", options.tolerance, "of a critical speed [m/s]")
       ->type_name("V")
-      ->check(CheckPositive)
+      ->check(CheckBetween(1e-12, 1, "m/s"))
       ->capture_default_str();
   app->add_flag("--first", options.first_only, "stop at the first critical speed");
   AddOutputOptions(app, &arguments->output, "out");

@@ -31,6 +31,10 @@ Command AddContactCommand(CLI::App* program);
 Command AddInertiaCommand(CLI::App* program);
 Command AddElementCommand(CLI::App* program);
 
+// Speeds that options take [m/s]: creepages grow without bound towards zero, and no track has the highest.
+inline constexpr double kLowestSpeed = 0.01;
+inline constexpr double kHighestSpeed = 300;
+
 /// Where results go.
 struct Output {
   std::string folder;  ///< of files; empty: none are written
@@ -49,14 +53,19 @@ void AddContactOptions(CLI::App* app, WagonChoice* choice);  ///< --geometry, --
 /// All of them: these, --set, --suspension, --no-guidance, --penetration, --friction, --roll.
 void AddWagonOptions(CLI::App* app, WagonChoice* choice);
 
-// Rules of options, for CLI::Option::check: why `text` is no such number; empty if it is one.
-std::string CheckPositive(const std::string& text);
-std::string CheckNotNegative(const std::string& text);
+/// The rule for a number within bounds, both included, for CLI::Option::check: why `text` is no such number; empty if
+/// it is one. Beyond the bounds the model has no meaning, or a run no end.
+std::function<std::string(const std::string&)> CheckBetween(double low, double high, const std::string& unit);
 
 /// Lines of help of at most 110 columns, and no rules beside the types: CLI11 itself breaks no line.
 void TidyHelp(CLI::App* app);
 
-/// JSON, then the table, to where the user wants them.
+/// Before a long computation rather than after it: that its files can be written.
+/// @param files  further ones, beside the folder and the JSON; empty names are skipped.
+/// @throws InputError for the first that cannot.
+void CheckWritable(const Output& output, const std::vector<std::string>& files = {});
+
+/// JSON, then the table, to where the user wants them. @throws InputError where they cannot be written.
 void Emit(const Output& output, const std::string& text, const std::string& json);
 
 /// Notices go to standard error, so that they are seen with --quiet and --json -.

@@ -4,7 +4,6 @@
 
 #include <algorithm>
 #include <array>
-#include <chrono>
 #include <cmath>
 #include <cstddef>
 #include <limits>
@@ -47,8 +46,8 @@ std::vector<TwoPointRange> CollectRanges(const std::vector<TwoPointContact>& con
   return ranges;
 }
 
-std::vector<TwoPointRange> CollectRanges(const WagonInputs& inputs, const ContactNotes& notes) {
-  return CollectRanges(notes.two_point, 2 * inputs.geometry->y_max / (inputs.geometry->rows - 1));
+std::vector<TwoPointRange> CollectRanges(const WagonInputs& inputs) {
+  return CollectRanges(inputs.contact_notes->two_point, 2 * inputs.geometry->y_max / (inputs.geometry->rows - 1));
 }
 
 const char* NameOf(const TwoPointRange& range) { return range.root ? "flange root" : "tread"; }
@@ -65,6 +64,7 @@ std::vector<ContactRow> PickRows(const ContactTable& table) {
   return picked;
 }
 
+/// The least is that of "centre_conicity" [m].
 std::vector<double> Amplitudes() {
   std::vector<double> amplitudes{0.1e-3, 0.5e-3};
   for (int mm = 1; mm <= 8; ++mm) amplitudes.push_back(mm / 1e3);
@@ -72,7 +72,7 @@ std::vector<double> Amplitudes() {
 }
 
 /// As EN 15302 wants it: rigid contact, no roll. Empty where the geometry has no contact there.
-RollingRadiusDifference CalcStandardDifference(const TrackGeometry& geometry) {
+RollingRadiusDifference CalcRigidDifference(const TrackGeometry& geometry) {
   constexpr double kStep = 0.05e-3;
   return CalcRollingRadiusDifference(WheelsetOnRails(geometry), geometry.y_max, kStep, {.roll = false});
 }
@@ -134,9 +134,9 @@ std::string FormatJumps(const ContactNotes& notes) {
                       : "Jumps of the contact (left wheel; from the tape circle, flange negative):\n" + text;
 }
 
-std::string FormatTwoPointContact(const WagonInputs& inputs, const ContactNotes& notes) {
+std::string FormatTwoPointContact(const WagonInputs& inputs) {
   std::string text;
-  for (const TwoPointRange& range : CollectRanges(inputs, notes)) {
+  for (const TwoPointRange& range : CollectRanges(inputs)) {
     const TwoPointContact& two = range.narrowest;
     text += fmt::format("  y = {:.2f} to {:.2f} mm, {}: at {:.2f} and {:.2f} mm on the wheel ({:.1f} and {:.1f} deg)\n",
                         1e3 * range.y_from, 1e3 * range.y_to, NameOf(range), 1e3 * two.touching.y_wheel,
@@ -148,31 +148,11 @@ std::string FormatTwoPointContact(const WagonInputs& inputs, const ContactNotes&
 
 // --- JSON ---
 
-struct RowKey {
-  const char* name;
-  double ContactRow::*value;
-};
-constexpr std::array<RowKey, 15> kRowKeys{{{"y", &ContactRow::y},
-                                           {"a_wheel", &ContactRow::a_wheel},
-                                           {"a_rail", &ContactRow::a_rail},
-                                           {"r", &ContactRow::r},
-                                           {"z_rail", &ContactRow::z_rail},
-                                           {"delta", &ContactRow::delta},
-                                           {"c11", &ContactRow::c11},
-                                           {"c22", &ContactRow::c22},
-                                           {"c23", &ContactRow::c23},
-                                           {"a_e", &ContactRow::a_e},
-                                           {"b_e", &ContactRow::b_e},
-                                           {"q0", &ContactRow::q0},
-                                           {"n0", &ContactRow::n0},
-                                           {"z_lift", &ContactRow::z_lift},
-                                           {"phi_roll", &ContactRow::phi_roll}}};
-
 Json RowsToJson(const ContactTable& table) {
   Json rows = Json::array();
   for (const ContactRow& row : PickRows(table)) {
     Json json = Json::object();
-    for (const RowKey& key : kRowKeys) json[key.name] = row.*key.value;
+    for (const ContactColumn& column : kContactColumns) json[std::string(column.name)] = row.*column.value;
     rows.push_back(std::move(json));
   }
   return rows;
@@ -212,9 +192,9 @@ Json JumpsToJson(const ContactNotes& notes) {
   return jumps;
 }
 
-Json TwoPointToJson(const WagonInputs& inputs, const ContactNotes& notes) {
+Json TwoPointToJson(const WagonInputs& inputs) {
   Json ranges = Json::array();
-  for (const TwoPointRange& range : CollectRanges(inputs, notes)) {
+  for (const TwoPointRange& range : CollectRanges(inputs)) {
     ranges.push_back({{"y_from", range.y_from},
                       {"y_to", range.y_to},
                       {"where", NameOf(range)},
@@ -255,35 +235,27 @@ FigurePanel PanelOf(const std::string& title, FigureAxis axis, std::vector<Figur
 
 ContactAnalysis AnalyseContact(const WagonInputs& inputs) {
   ContactAnalysis analysis;
-  RollingRadiusDifference standard;
-  if (inputs.geometry) {
-    const auto begin = std::chrono::steady_clock::now();
-    CalcContactTable(*inputs.geometry, analysis.notes.emplace());
-    analysis.table_wall_s = std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
-    standard = CalcStandardDifference(*inputs.geometry);
-  }
+  if (inputs.geometry) analysis.rigid_difference = CalcRigidDifference(*inputs.geometry);
   analysis.difference = CalcRollingRadiusDifference(inputs.table);
   for (const double amplitude : Amplitudes()) {
     if (amplitude >= analysis.difference.y.back()) break;
     analysis.conicity.push_back({.amplitude = amplitude,
                                  .equivalent = CalcEquivalentConicity(analysis.difference, amplitude),
                                  .harmonic = CalcHarmonicConicity(analysis.difference, amplitude),
-                                 .en15302 = inputs.geometry ? CalcEquivalentConicity(standard, amplitude)
-                                                            : std::numeric_limits<double>::quiet_NaN()});
+                                 .en15302 = analysis.rigid_difference
+                                                ? CalcEquivalentConicity(*analysis.rigid_difference, amplitude)
+                                                : std::numeric_limits<double>::quiet_NaN()});
   }
-  constexpr double kCentre = 0.1e-3;
-  analysis.centre_conicity = CalcEquivalentConicity(analysis.difference, kCentre);
   return analysis;
 }
 
 std::string FormatContact(const WagonInputs& inputs, const ContactAnalysis& analysis) {
   std::string text = FormatGeometry(inputs) + "\nLeft wheel, y > 0 towards its flange:\n" + FormatRows(inputs.table) +
                      "\nEquivalent conicity:\n" + FormatConicity(analysis) + "\n";
-  if (!analysis.notes) return text;
+  if (!inputs.contact_notes) return text;
   text += inputs.geometry->contact == ContactModel::kElastic ? "Elastic contact: the table has no jumps.\n"
-                                                             : FormatJumps(*analysis.notes);
-  return text + FormatTwoPointContact(inputs, *analysis.notes) +
-         fmt::format("Table in {:.0f} ms.\n", 1e3 * analysis.table_wall_s);
+                                                             : FormatJumps(*inputs.contact_notes);
+  return text + FormatTwoPointContact(inputs) + fmt::format("Table in {:.0f} ms.\n", 1e3 * inputs.contact_wall_s);
 }
 
 std::string FormatContactJson(const WagonInputs& inputs, const ContactAnalysis& analysis) {
@@ -295,13 +267,13 @@ std::string FormatContactJson(const WagonInputs& inputs, const ContactAnalysis& 
                    {"contact", inputs.geometry ? Json(Name(inputs.geometry->contact)) : Json(nullptr)},
                    {"rows", table.rows.size()},
                    {"y_max", table.rows.back().y},
-                   {"wall_s", analysis.table_wall_s}};
+                   {"wall_s", inputs.contact_wall_s}};
   json["rows"] = RowsToJson(table);
   json["conicity"] = ConicityToJson(analysis);
-  json["centre_conicity"] = NumberOrNull(analysis.centre_conicity);
+  json["centre_conicity"] = analysis.conicity.empty() ? Json(nullptr) : json["conicity"][0]["equivalent"];
   json["rolling_radius_difference"] = DifferenceToJson(analysis.difference);
-  json["jumps"] = analysis.notes ? JumpsToJson(*analysis.notes) : Json(nullptr);
-  json["two_point_contact"] = analysis.notes ? TwoPointToJson(inputs, *analysis.notes) : Json(nullptr);
+  json["jumps"] = inputs.contact_notes ? JumpsToJson(*inputs.contact_notes) : Json(nullptr);
+  json["two_point_contact"] = inputs.contact_notes ? TwoPointToJson(inputs) : Json(nullptr);
   return FormatJson(json);
 }
 
@@ -342,17 +314,15 @@ Figure ConicityFigure(const WagonInputs& inputs, const ContactAnalysis& analysis
   FigureSeries standard{.name = "EN 15302: rigid, no roll", .line = FigureLine::kDashed};
   const double least = 0.05e-3;
   const double most = analysis.difference.y.back();
-  RollingRadiusDifference rigid;
-  if (inputs.geometry) rigid = CalcStandardDifference(*inputs.geometry);
   for (double amplitude = least; amplitude < most; amplitude += least) {
     table.x.push_back(1e3 * amplitude);
     table.y.push_back(CalcEquivalentConicity(analysis.difference, amplitude));
-    if (!inputs.geometry) continue;
+    if (!analysis.rigid_difference) continue;
     standard.x.push_back(1e3 * amplitude);
-    standard.y.push_back(CalcEquivalentConicity(rigid, amplitude));
+    standard.y.push_back(CalcEquivalentConicity(*analysis.rigid_difference, amplitude));
   }
   std::vector<FigureSeries> conicity{std::move(table)};
-  if (inputs.geometry) conicity.push_back(std::move(standard));
+  if (analysis.rigid_difference) conicity.push_back(std::move(standard));
   return {.title = "conicity, " + inputs.table.name,
           .panels = {PanelOf("rolling radius difference", {.label = "left less right", .unit = "mm"},
                              {std::move(difference)}),

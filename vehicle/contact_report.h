@@ -19,31 +19,30 @@ struct ConicityPoint {
   double en15302 = 0;     ///< of the geometry as the standard wants it: rigid, without roll [-]; NaN without a geometry
 };
 
-/// What `wagon contact` finds out about a contact table.
+/// What `wagon contact` finds out about a contact table, beside inputs.contact_notes.
 struct ContactAnalysis {
-  RollingRadiusDifference difference;   ///< of the table
-  double centre_conicity = 0;           ///< for 0.1 mm, of the table [-]
-  std::vector<ConicityPoint> conicity;  ///< by amplitude
-  std::optional<ContactNotes> notes;    ///< jumps and second contacts; none for a table from a file
-  double table_wall_s = 0;              ///< time that the table took; 0 for a table from a file
+  RollingRadiusDifference difference;                       ///< of the table
+  std::vector<ConicityPoint> conicity;                      ///< by amplitude
+  std::optional<RollingRadiusDifference> rigid_difference;  ///< of the geometry as EN 15302 wants it, if there is one
 };
 
-/// Conicity of inputs.table, and jumps and two-point contacts where inputs.geometry says what it was made from.
+/// Conicity of inputs.table and of inputs.geometry, where that says what the table was made from.
 /// @param inputs  with the contact read (ReadWagonContact).
 ContactAnalysis AnalyseContact(const WagonInputs& inputs);
 
 /// For a terminal: a handful of rows, conicity, jumps, two-point contact.
 std::string FormatContact(const WagonInputs& inputs, const ContactAnalysis& analysis);
 
-/// Schema "wagon-contact/1". SI units.
+/// Schema "wagon-contact/1". SI units. "rows" are a handful: the whole table is the text file that --out writes.
 ///   { "schema", "version", "inputs",
 ///     "table": { "name", "r0", "shear_modulus", "contact": "rigid"|"elastic"|null, "rows", "y_max", "wall_s" },
-///     "rows": [ { "y", "a_wheel", ..., "phi_roll" } ],            a handful; the whole table is a text file
-///     (DESIGN 4.2) "conicity": [ { "amplitude", "equivalent", "harmonic", "en15302" } ], "centre_conicity",
+///     "rows": [ { "y", "a_wheel", ..., "phi_roll" } ],
+///     "conicity": [ { "amplitude", "equivalent", "harmonic", "en15302" } ],
+///     "centre_conicity",                                          for the least amplitude
 ///     "rolling_radius_difference": [ { "y", "delta_r" } ],
 ///     "jumps": [ { "y", "before": {"a_wheel","a_rail","r","delta"}, "after": {..} } ] | null,
 ///     "two_point_contact": [ { "y_from", "y_to", "where": "tread"|"flange root", "touching_a_wheel", "second_a_wheel",
-///                              "second_delta", "least_gap" } ] | null }
+///                              "touching_delta", "second_delta", "least_gap" } ] | null }
 std::string FormatContactJson(const WagonInputs& inputs, const ContactAnalysis& analysis);
 
 /// What appendix H of the thesis draws, over the lateral displacement: Kalker's coefficients, contact angle, semi-axes,

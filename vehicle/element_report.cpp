@@ -6,11 +6,10 @@
 #include <stdexcept>
 
 #include "vehicle/element_report_parts.h"
+#include "vehicle/report_json.h"
 
 namespace uiclink {
 namespace {
-
-using Json = nlohmann::ordered_json;
 
 ElementParts ReportBench(ElementBench bench, const ElementOptions& options) {
   switch (bench) {
@@ -56,19 +55,15 @@ std::vector<double> Scaled(const std::vector<double>& values, double factor) {
   return scaled;
 }
 
-ElementReport MakeElementReport(ElementBench bench, const ElementOptions& options, const std::string& inputs) {
-  Json json = {{"schema", "wagon-element/1"}};
-  if (!inputs.empty()) {
-    json["inputs"] = Json::parse(inputs, nullptr, false);
-    if (!json["inputs"].is_object()) throw std::invalid_argument("MakeElementReport: inputs must be a JSON object");
-  }
+ElementReport MakeElementReport(ElementBench bench, const ElementOptions& options, const WagonInputs& inputs) {
+  Json json = BeginResult("element", inputs);
+  json["inputs"] = {{"files", json["inputs"]["files"]}};  // the wagon's options are those of a run
   json["bench"] = NameOf(bench);
   json["wagon"] = options.wagon.name;
   ElementParts parts = ReportBench(bench, options);
-  json["runs"] = Json::array();
-  for (const std::string& run : parts.runs) json["runs"].push_back(Json::parse(run));
+  json["runs"] = parts.runs;
   return {.text = std::move(parts.text),
-          .json = json.dump(2) + "\n",
+          .json = FormatJson(json),
           .series = std::move(parts.series),
           .figures = std::move(parts.figures)};
 }

@@ -1,6 +1,5 @@
 #pragma once
 
-#include <optional>
 #include <string>
 #include <string_view>
 #include <utility>
@@ -11,6 +10,7 @@
 #include "reports/figure.h"
 #include "vehicle/element_bench.h"
 #include "vehicle/wagon_data.h"
+#include "vehicle/wagon_inputs.h"
 
 namespace uiclink {
 
@@ -24,19 +24,18 @@ ElementBench FindElementBench(std::string_view name);
 
 /// What the benches stand on. Zero and empty mean: as in the thesis.
 struct ElementOptions {
-  WagonData wagon = {};  ///< springs, g
-  double mass = 0;       ///< on one spring [kg]; 0: a quarter of the empty body, and of the loaded one where both
-                         ///< are shown (33 563 kg)
+  WagonData wagon = {};  ///< springs, parts of the body, g
+  double mass = 0;       ///< on one spring [kg]; 0: a quarter of the empty body, and of that with 20 t of freight where
+                         ///< both are shown
   std::vector<double> betas = {};  ///< decay constants of the leaf spring [m]; empty: those of figures 5.8 and 5.9
   double amplitude = 0;            ///< of leaf-harmonic [m]; 0: half of the static compression, and half of that
   double frequency = 1;            ///< of parabolic [Hz]
   double mu = 0.13;                ///< friction of the leaves [-]
   bool exaggerated = true;         ///< guidance: clearances of table 6.1 (figure 6.4) ...
-  bool true_clearances = true;     ///< ... and true ones (figure 6.5)
-  std::optional<GuidanceLaw> law = std::nullopt;  ///< guidance; nothing: both laws, one after the other
-  double perturbation = 1e-6;                     ///< guidance: of y at the start of the second run [m]
-  double duration = 0;                            ///< [s]; 0: that of each bench
-  ParameterSet set = {};                          ///< dry-friction
+  bool true_clearances = true;     ///< ... and true ones (figure 6.5); each by both laws
+  double perturbation = 1e-6;      ///< guidance: of y at the start of the second run [m]
+  double duration = 0;             ///< [s]; 0: that of each bench
+  ParameterSet set = {};           ///< dry-friction
   Direction direction = Direction::kLateral;
   double pull = 0.045;  ///< dry-friction: release [m]
 };
@@ -55,11 +54,10 @@ struct ElementReport {
 };
 
 /// Runs a bench and describes it. JSON:
-///   { "schema": "wagon-element/1", "inputs", "bench": "leaf-drop", "wagon", "runs": [ { what was put in and came out,
-///   keys
-///     with their units } ] }
-/// @param inputs  a JSON object: the files behind it; empty: left out.
+///   { "schema": "wagon-element/1", "version", "inputs": { "files" }, "bench": "leaf-drop", "wagon",
+///     "runs": [ { what was put in and came out, keys with their units } ] }
+/// @param inputs  whose files stand behind the options; nothing else of it is looked at.
 /// @throws std::invalid_argument for options that make no sense.
-ElementReport MakeElementReport(ElementBench bench, const ElementOptions& options, const std::string& inputs = "");
+ElementReport MakeElementReport(ElementBench bench, const ElementOptions& options, const WagonInputs& inputs = {});
 
 }  // namespace uiclink

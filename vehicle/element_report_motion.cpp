@@ -3,17 +3,17 @@
 #include <algorithm>
 #include <cmath>
 #include <nlohmann/json.hpp>
+#include <numbers>
 #include <stdexcept>
 
 #include "model/closed_form.h"
 #include "reports/text_table.h"
 #include "reports/wrap.h"
 #include "vehicle/element_report_parts.h"
+#include "vehicle/report_json.h"
 
 namespace uiclink {
 namespace {
-
-using Json = nlohmann::ordered_json;
 
 // --- guidance ---
 
@@ -28,7 +28,6 @@ std::vector<GuidanceCase> GuidanceCases(const ElementOptions& options) {
   if (options.exaggerated) clearances.push_back({"exaggerated", "exaggerated (figure 6.4)", Table61()});
   if (options.true_clearances) clearances.push_back({"true", "true (figure 6.5)", TrueClearances()});
   for (const GuidanceLaw law : {GuidanceLaw::kPrinted, GuidanceLaw::kConservative}) {
-    if (options.law && *options.law != law) continue;
     const std::string word = law == GuidanceLaw::kPrinted ? "printed" : "conservative";
     for (GuidanceCase c : clearances) {
       c.wheelset.law = law;
@@ -154,7 +153,7 @@ Json DryFrictionJson(const ElementOptions& options, const DryFrictionRun& run) {
           {"locked", run.locked},
           {"amplitude_m", run.amplitude},
           {"offset_m", run.offset},
-          {"frequency_Hz", run.frequency},
+          {"frequency_hz", run.frequency},
           {"energy_error", run.energy_error}};
 }
 
@@ -257,7 +256,7 @@ ElementParts ReportGuidance(const ElementOptions& options) {
     if (options.duration > 0) bench.duration = options.duration;
     const GuidanceBenchRun run = RunGuidanceBench(bench);
     AddGuidanceRow(c, run, &table);
-    parts.runs.push_back(GuidanceJson(c, run).dump());
+    parts.runs.push_back(GuidanceJson(c, run));
     parts.series.push_back(GuidanceColumns(c, run));
     parts.figures.emplace_back("guidance_" + c.name, GuidanceFigure(c, run));
   }
@@ -272,7 +271,7 @@ ElementParts ReportDryFriction(const ElementOptions& options) {
   const DryFrictionRun run = RunDryFriction(bench);
   ElementParts parts;
   parts.text = DryFrictionText(options, run);
-  parts.runs.push_back(DryFrictionJson(options, run).dump());
+  parts.runs.push_back(DryFrictionJson(options, run));
   ElementSeries series{.name = "dry_friction",
                        .columns = {{"time", "s", run.t}, {"displacement", "m", run.y}, {"velocity", "m/s", run.v}}};
   for (std::size_t i = 0; i < run.T.size(); ++i)

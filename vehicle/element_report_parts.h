@@ -1,6 +1,8 @@
 #pragma once
 
+#include <nlohmann/json_fwd.hpp>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "vehicle/element_report.h"
@@ -10,7 +12,7 @@ namespace uiclink {
 /// What one bench adds to the report; element_report.cpp puts it together.
 struct ElementParts {
   std::string text;
-  std::vector<std::string> runs;  ///< a JSON object each
+  std::vector<nlohmann::ordered_json> runs;  ///< an object each
   std::vector<ElementSeries> series;
   std::vector<std::pair<std::string, Figure>> figures;
 };

@@ -7,16 +7,20 @@
 #include "reports/text_table.h"
 #include "reports/wrap.h"
 #include "vehicle/element_report_parts.h"
+#include "vehicle/inertia.h"
+#include "vehicle/report_json.h"
 
 namespace uiclink {
 namespace {
 
-using Json = nlohmann::ordered_json;
+constexpr double kFreightMass = 20000;  // [kg] of the loaded wagon of chapter 5
 
-// The masses of chapter 5: a quarter of the car body, and of car body and freight.
-constexpr double kEmptyMass = 13563.0 / 4, kLoadedMass = 33563.0 / 4;
+/// A quarter of the car body with so much freight [kg].
+double QuarterMass(const ElementOptions& options, double freight) {
+  return (CalcBodyInertia(options.wagon, {}).m + freight) / 4;
+}
 
-double MassOf(const ElementOptions& options) { return options.mass > 0 ? options.mass : kEmptyMass; }
+double MassOf(const ElementOptions& options) { return options.mass > 0 ? options.mass : QuarterMass(options, 0); }
 
 std::vector<LeafSpring> LeafSprings(const ElementOptions& options, std::vector<double> betas) {
   if (!options.betas.empty()) betas = options.betas;
@@ -62,14 +66,12 @@ void AddLeafHarmonic(const ElementOptions& options, const LeafHarmonicRun& run, 
   table->AddRow({fmt::format("{:g}", in.spring.beta), fmt::format("{:.2f}", 1e3 * in.amplitude),
                  fmt::format("{:.1f}", run.steady_loss), fmt::format("{:.1f}", run.envelope_loss),
                  fmt::format("{:.1f}", friction), fmt::format("{:+.1f}", 100 * (run.steady_loss / friction - 1))});
-  parts->runs.push_back(Json{
-      {"spring", LeafJson(in.spring)},
-      {"amplitude_m", in.amplitude},
-      {"loss_J", run.loss},
-      {"steady_loss_J", run.steady_loss},
-      {"envelope_loss_J", run.envelope_loss},
-      {"friction_work_J",
-       friction}}.dump());
+  parts->runs.push_back(Json{{"spring", LeafJson(in.spring)},
+                             {"amplitude_m", in.amplitude},
+                             {"loss_J", run.loss},
+                             {"steady_loss_J", run.steady_loss},
+                             {"envelope_loss_J", run.envelope_loss},
+                             {"friction_work_J", friction}});
   // The thesis draws the restoring force -F: then the loop runs counter-clockwise.
   parts->series.push_back(
       {.name = fmt::format("leaf_harmonic_{}", parts->runs.size()),
@@ -88,18 +90,17 @@ void AddLeafDrop(const LeafDropRun& run, TextTable* table, Figure* figure, Eleme
   table->AddRow({fmt::format("{:g}", run.options.spring.beta), mm(run.largest), mm(run.s.back()),
                  mm(run.s.back() - run.rest), mm(run.swing), fmt::format("{}", run.rest_crossings),
                  fmt::format("{}", run.reversals)});
-  parts->runs.push_back(Json{
-      {"spring", LeafJson(run.options.spring)},
-      {"mass_kg", run.options.m},
-      {"rest_m", run.rest},
-      {"largest_m", run.largest},
-      {"end_m", run.s.back()},
-      {"swing_m", run.swing},
-      {"rest_crossings", run.rest_crossings},
-      {"rest_crossings_linear", run.rest_crossings_linear},
-      {"reversals", run.reversals},
-      {"energy_error", run.energy_error},
-      {"steps", run.steps}}.dump());
+  parts->runs.push_back(Json{{"spring", LeafJson(run.options.spring)},
+                             {"mass_kg", run.options.m},
+                             {"rest_m", run.rest},
+                             {"largest_m", run.largest},
+                             {"end_m", run.s.back()},
+                             {"swing_m", run.swing},
+                             {"rest_crossings", run.rest_crossings},
+                             {"rest_crossings_linear", run.rest_crossings_linear},
+                             {"reversals", run.reversals},
+                             {"energy_error", run.energy_error},
+                             {"steps", run.steps}});
   parts->series.push_back({.name = fmt::format("leaf_drop_{}", parts->runs.size()),
                            .columns = {{"time", "s", run.t},
                                        {"compression", "m", run.s},
@@ -125,7 +126,7 @@ void AddLeafDrop(const LeafDropRun& run, TextTable* table, Figure* figure, Eleme
 
 Json ParabolicJson(const ParabolicLoopRun& run) {
   return {{"mass_kg", run.options.m},
-          {"frequency_Hz", run.options.frequency},
+          {"frequency_hz", run.options.frequency},
           {"mu", run.options.mu},
           {"static_compression_m", run.static_compression},
           {"amplitude_m", run.amplitude},
@@ -144,7 +145,7 @@ void AddParabolic(const ParabolicLoopRun& run, const std::string& name, TextTabl
                  fmt::format("{:+.2f}", 100 * (run.damping_of_file / run.damping - 1))});
   Json json = {{"name", name}};
   json.update(ParabolicJson(run));
-  parts->runs.push_back(json.dump());
+  parts->runs.push_back(std::move(json));
   parts->series.push_back(
       {.name = "parabolic_" + name,
        .columns = {{"compression", "m", run.s}, {"force", "N", run.F}, {"static_force", "N", run.F_static}}});
@@ -243,8 +244,8 @@ ElementParts ReportParabolic(const ElementOptions& options) {
   table.AddColumn("d from it\nN s/m");
   table.AddColumn("d of the file\nN s/m");
   table.AddColumn("difference\n%");
-  std::vector<std::pair<std::string, double>> loads{{"empty", kEmptyMass}, {"loaded", kLoadedMass}};
-  if (options.mass > 0) loads = {{"given", options.mass}};
+  std::vector<std::pair<std::string, double>> loads{{"given", options.mass}};
+  if (!(options.mass > 0)) loads = {{"empty", QuarterMass(options, 0)}, {"loaded", QuarterMass(options, kFreightMass)}};
   for (const auto& [name, mass] : loads) {
     AddParabolic(RunParabolicLoop({.spring = options.wagon.parabolic,
                                    .m = mass,

@@ -33,7 +33,7 @@ struct EventOdeCounts {
 };
 
 /// Runs from t = 0 and calls sample(i, t_i, y) at t_i = i step, i = 0 .. samples - 1. ARKODE's explicit pair of order
-/// 5, with its root finder; samples and events are ends of steps or read off its interpolant of degree 5.
+/// 5, with its root finder; samples are ends of steps, events are read off its interpolant.
 /// @throws std::invalid_argument for sizes that do not fit, std::runtime_error with ARKODE's message when it gives up.
 EventOdeCounts SolveEventOde(const EventOde& ode, std::span<const double> start, double step, std::size_t samples,
                              const std::function<void(std::size_t i, double t, std::span<const double> y)>& sample,

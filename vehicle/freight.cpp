@@ -11,10 +11,12 @@
 namespace uiclink {
 namespace {
 
+const Range kMass{.unit = "kg", .low = 0, .high = 1e6, .low_included = false};  // a freight train's, not a wagon's
+
 FreightBox ReadBox(Table table, std::size_t number) {
   FreightBox box;
   box.name = table.OptionalString("name").value_or(fmt::format("box {}", number));
-  box.mass = table.Number("mass", Range::Positive("kg"));
+  box.mass = table.Number("mass", kMass);
   box.length = table.Number("length", Range::NotNegative("m"));
   box.width = table.Number("width", Range::NotNegative("m"));
   box.height = table.Number("height", Range::NotNegative("m"));
@@ -51,8 +53,7 @@ Freight ParseFreight(std::string_view text, const std::string& file) {
   freight.name = table.String("name");
   freight.source = table.String("source");
   if (std::optional<Table> even = table.OptionalTable("even")) {
-    freight.even = {.mass = even->Number("mass", Range::Positive("kg")),
-                    .density = even->Number("density", Range::Positive("kg/m^3"))};
+    freight.even = {.mass = even->Number("mass", kMass), .density = even->Number("density", Range::Positive("kg/m^3"))};
   }
   for (const Table& box : table.OptionalTables("boxes"))
     freight.boxes.push_back(ReadBox(box, freight.boxes.size() + 1));

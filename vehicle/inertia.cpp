@@ -81,8 +81,8 @@ SectionMeans CalcMeans(const WagonPart& part, const std::vector<double>& weights
 struct Piece {
   double mass = 0, x = 0, y = 0, z = 0, I_x = 0, I_z = 0;
   double com_mass = 0;  // its weight in the centre of mass
-  double printed_yaw_excess =
-      0;  // what the printed calculation adds to I_z beyond I_z + m R^2, at the middle of the wagon
+  /// What the printed calculation adds to I_z + m R^2, at the middle of the wagon.
+  double printed_yaw_excess = 0;
 };
 
 /// The pieces of one line of the table: count equal pieces at different places.

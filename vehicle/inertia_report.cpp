@@ -8,11 +8,10 @@
 
 #include "reports/text_table.h"
 #include "reports/wrap.h"
+#include "vehicle/report_json.h"
 
 namespace uiclink {
 namespace {
-
-using Json = nlohmann::ordered_json;
 
 /// A row of table 7.3.
 struct PublishedInertia {
@@ -34,10 +33,6 @@ const PublishedInertia* FindPublished(const std::string& freight) {
 
 void CheckFreights(std::span<const Freight> freights) {
   if (freights.empty()) throw std::invalid_argument("FormatInertiaReport: no freight, must be at least one");
-}
-
-const char* ComWord(const InertiaOptions& options) {
-  return options.com == CentreOfMass::kPrinted ? "printed" : "corrected";
 }
 
 double FreightMass(const Freight& freight, const WagonData& wagon) {
@@ -181,22 +176,19 @@ std::string FormatInertiaReport(const WagonData& wagon, std::span<const Freight>
          FormatFreightTable(wagon, freights, options) + FormatNotices(wagon, freights, options);
 }
 
-std::string FormatInertiaJson(const WagonData& wagon, std::span<const Freight> freights, const InertiaOptions& options,
-                              const std::string& inputs) {
+std::string FormatInertiaJson(const WagonInputs& inputs, std::span<const Freight> freights) {
   CheckFreights(freights);
-  Json json = {{"schema", "wagon-inertia/1"}};
-  if (!inputs.empty()) {
-    json["inputs"] = Json::parse(inputs, nullptr, false);
-    if (!json["inputs"].is_object()) throw std::invalid_argument("FormatInertiaJson: inputs must be a JSON object");
-  }
+  const WagonData& wagon = inputs.data;
+  const InertiaOptions& options = inputs.choice.inertia;
+  Json json = BeginResult("inertia", inputs);
   json["wagon"] = wagon.name;
-  json["com"] = ComWord(options);
-  json["partitions"] = options.partitions == Partitions::kAtEnds ? "at_ends" : "spread";
+  json["com"] = Name(options.com);
+  json["partitions"] = Name(options.partitions);
   json["printed_yaw_slip"] = options.printed_yaw_slip;
   json["parts"] = PartsJson(wagon, options);
   json["freights"] = Json::array();
   for (const Freight& freight : freights) json["freights"].push_back(FreightJson(wagon, freight, options));
-  return json.dump(2) + "\n";
+  return FormatJson(json);
 }
 
 }  // namespace uiclink

@@ -6,6 +6,7 @@
 #include "vehicle/freight.h"
 #include "vehicle/inertia.h"
 #include "vehicle/wagon_data.h"
+#include "vehicle/wagon_inputs.h"
 
 namespace uiclink {
 
@@ -17,13 +18,13 @@ std::string FormatInertiaReport(const WagonData& wagon, std::span<const Freight>
                                 const InertiaOptions& options = {});
 
 /// The same as JSON, schema "wagon-inertia/1". SI units.
-///   { "schema", "inputs", "wagon", "com": "printed"|"corrected", "partitions": "at_ends"|"spread", "printed_yaw_slip",
+///   { "schema", "version", "inputs", "wagon", "com": "printed"|"corrected", "partitions": "at-ends"|"spread",
+///     "printed_yaw_slip",
 ///     "parts": [ { "name", "count", "mass_kg", "z_m", "I_roll_kg_m2", "I_yaw_kg_m2" } ],       of the empty body
 ///     "freights": [ { "name", "mass_kg", "total_mass_kg", "com_m": {"x","y","z"}, "I_roll_kg_m2", "I_yaw_kg_m2",
 ///                     "I_xz_kg_m2", "corner_loads_N": {"front_left",..}, "published": {..}|null, "notices": [..] } ] }
-/// @param inputs  a JSON object: the files behind it; empty: left out.
-/// @throws std::invalid_argument as above, or when `inputs` is no JSON object.
-std::string FormatInertiaJson(const WagonData& wagon, std::span<const Freight> freights,
-                              const InertiaOptions& options = {}, const std::string& inputs = "");
+/// @param inputs  its data and choice.inertia, and the files behind them.
+/// @throws std::invalid_argument as above.
+std::string FormatInertiaJson(const WagonInputs& inputs, std::span<const Freight> freights);
 
 }  // namespace uiclink

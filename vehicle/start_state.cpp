@@ -19,16 +19,26 @@ using Units = std::map<std::string, double>;
 struct Place {
   double Perturbation::*value;
   const Units* units;
+  double most;        ///< [m] or [rad]: no wagon stands beyond
+  const char* words;  ///< `most` for messages
 };
+
+// The equations of motion are linear in the angles.
+constexpr double kMostLength = 0.2, kMostAngle = 0.1;
+constexpr const char* kLengthWords = "at most 200 mm to either side";
+constexpr const char* kAngleWords = "at most 100 mrad to either side";
 
 const std::map<std::string, Place>& Places() {
   static const Units lengths{{"mm", 1e-3}, {"cm", 1e-2}, {"m", 1}};
   static const Units angles{{"mrad", 1e-3}, {"rad", 1}, {"deg", std::numbers::pi / 180}};
   static const std::map<std::string, Place> places{
-      {"front_lateral", {&Perturbation::front_y, &lengths}}, {"rear_lateral", {&Perturbation::rear_y, &lengths}},
-      {"body_lateral", {&Perturbation::body_y, &lengths}},   {"body_roll", {&Perturbation::body_phi, &angles}},
-      {"body_yaw", {&Perturbation::body_psi, &angles}},      {"front_yaw", {&Perturbation::front_psi, &angles}},
-      {"rear_yaw", {&Perturbation::rear_psi, &angles}}};
+      {"front_lateral", {&Perturbation::front_y, &lengths, kMostLength, kLengthWords}},
+      {"rear_lateral", {&Perturbation::rear_y, &lengths, kMostLength, kLengthWords}},
+      {"body_lateral", {&Perturbation::body_y, &lengths, kMostLength, kLengthWords}},
+      {"body_roll", {&Perturbation::body_phi, &angles, kMostAngle, kAngleWords}},
+      {"body_yaw", {&Perturbation::body_psi, &angles, kMostAngle, kAngleWords}},
+      {"front_yaw", {&Perturbation::front_psi, &angles, kMostAngle, kAngleWords}},
+      {"rear_yaw", {&Perturbation::rear_psi, &angles, kMostAngle, kAngleWords}}};
   return places;
 }
 
@@ -48,7 +58,8 @@ std::string Trim(const std::string& text) {
   throw UsageError(fmt::format("--start: expected {}, found \"{}\"", expected, part));
 }
 
-double ParseQuantity(const std::string& part, const std::string& text, const Units& units) {
+double ParseQuantity(const std::string& part, const std::string& text, const Place& place) {
+  const Units& units = *place.units;
   const std::string digits = text.starts_with('+') ? text.substr(1) : text;
   double value = 0;
   const char* const end = digits.data() + digits.size();
@@ -57,6 +68,7 @@ double ParseQuantity(const std::string& part, const std::string& text, const Uni
   if (error != std::errc() || !std::isfinite(value) || unit == units.end()) {
     Throw(part, "a number with its unit (" + Keys(units) + ")");
   }
+  if (!(std::abs(value * unit->second) <= place.most)) Throw(part, place.words);
   return value * unit->second;
 }
 
@@ -75,7 +87,7 @@ Perturbation ParsePerturbation(const std::string& text) {
     if (equals == std::string::npos || place == Places().end())
       Throw(part, "PLACE=VALUE with PLACE one of " + Keys(Places()));
     if (!seen.insert(name).second) Throw(part, "each place once");
-    by.*place->second.value = ParseQuantity(part, Trim(part.substr(equals + 1)), *place->second.units);
+    by.*place->second.value = ParseQuantity(part, Trim(part.substr(equals + 1)), place->second);
   }
   return by;
 }

@@ -2,7 +2,9 @@
 
 #include <charconv>
 #include <cmath>
+#include <iterator>
 #include <map>
+#include <set>
 #include <sstream>
 #include <vector>
 
@@ -106,6 +108,27 @@ LinkState ParseLink(const Link& link, Words words) {
   return state;
 }
 
+/// What a message quotes of a file that may be anything.
+std::string Quote(const std::string& text) {
+  std::string quoted = text.substr(0, 60);
+  for (char& c : quoted) {
+    const auto byte = static_cast<unsigned char>(c);
+    if (byte < 0x20 || byte >= 0x7f) c = '?';
+  }
+  return "'" + quoted + "'";
+}
+
+/// The words of one identity that the other lacks; all of it where there are none.
+std::string WordsWithout(const std::string& identity, const std::string& other) {
+  std::istringstream words(identity), others(other);
+  const std::set<std::string> known{std::istream_iterator<std::string>(others), {}};
+  std::string lacking;
+  for (std::string word; words >> word;) {
+    if (!known.contains(word)) lacking += (lacking.empty() ? "" : " ") + word;
+  }
+  return lacking.empty() ? identity : lacking;
+}
+
 struct Entry {
   int line = 0;
   std::string value;
@@ -116,12 +139,12 @@ std::map<std::string, Entry> ParseEntries(std::string_view text, const std::stri
   std::istringstream stream{std::string(text)};
   std::string line;
   for (int number = 1; std::getline(stream, line); ++number) {
+    if (line.ends_with('\r')) line.pop_back();
     if (number == 1 && line != kTitle)
-      throw InputError(file, 1, "expected '" + std::string(kTitle) + "', found '" + line.substr(0, 60) + "'");
+      throw InputError(file, 1, "expected '" + std::string(kTitle) + "', found " + Quote(line));
     if (line.empty() || line.starts_with('#')) continue;
     const std::size_t colon = line.find(": ");
-    if (colon == std::string::npos)
-      throw InputError(file, number, "expected 'key: value', found '" + line.substr(0, 60) + "'");
+    if (colon == std::string::npos) throw InputError(file, number, "expected 'key: value', found " + Quote(line));
     if (!entries.try_emplace(line.substr(0, colon), Entry{number, line.substr(colon + 2)}).second)
       throw InputError(file, number, "expected each key once, found '" + line.substr(0, colon) + "' again");
   }
@@ -189,9 +212,9 @@ SavedState ParseState(std::string_view text, const std::string& file, const Wago
   const Entry& entry = reader.Find("identity");
   saved.identity = entry.value;
   if (!identity.empty() && saved.identity != identity)
-    throw InputError(
-        file, entry.line,
-        "expected a state of the same inputs, '" + std::string(identity) + "', found one of '" + saved.identity + "'");
+    throw InputError(file, entry.line,
+                     "expected a state of the same inputs, '" + WordsWithout(std::string(identity), saved.identity) +
+                         "', found one of '" + WordsWithout(saved.identity, std::string(identity)) + "'");
   saved.V = reader.Number("V");
   if (!(saved.V > 0))
     throw InputError(file, reader.Find("V").line, "expected a positive speed, found " + std::to_string(saved.V));

@@ -74,7 +74,7 @@ void CheckExtent(Table& table, const WagonPart& part) {
 WagonPart ReadPart(Table table) {
   WagonPart part;
   part.name = table.String("name");
-  part.mass = table.Number("mass", Range::Positive("kg"));
+  part.mass = table.Number("mass", {.unit = "kg", .low = 1e-3, .high = 1e6});
   ReadSection(table, &part);
   CheckExtent(table, part);
   part.length = table.OptionalNumber("length", Range::NotNegative("m")).value_or(0);
@@ -108,7 +108,7 @@ GuidanceStop ReadStop(Table& table, const std::string& key) {
   GuidanceStop stop;
   if (std::optional<Table> part = Required(table, key)) {
     stop.clearance = part->Number("clearance", Range::NotNegative("m"));
-    stop.k = part->Number("k", Range::Positive("N/m"));
+    stop.k = part->Number("k", {.unit = "N/m", .low = 1, .high = 1e12});
   }
   return stop;
 }
@@ -135,10 +135,12 @@ void ReadSprings(Table& file, WagonData* wagon) {
 
 void ReadBodies(Table& file, WagonData* wagon) {
   if (std::optional<Table> table = Required(file, "wheelset")) {
-    wagon->wheelset.m = table->Number("m", Range::Positive("kg"));
-    wagon->wheelset.I_x = table->Number("I_x", Range::Positive("kg m^2"));
-    wagon->wheelset.I_y = table->Number("I_y", Range::Positive("kg m^2"));
-    wagon->wheelset.I_z = table->Number("I_z", Range::Positive("kg m^2"));
+    // Below, contact vibrates so fast that no run ends.
+    const Range inertia{.unit = "kg m^2", .low = 1, .high = 1e6};
+    wagon->wheelset.m = table->Number("m", {.unit = "kg", .low = 10, .high = 1e6});
+    wagon->wheelset.I_x = table->Number("I_x", inertia);
+    wagon->wheelset.I_y = table->Number("I_y", inertia);
+    wagon->wheelset.I_z = table->Number("I_z", inertia);
   }
   if (std::optional<Table> table = Required(file, "cargo")) {
     wagon->cargo.floor = table->Number("floor", Range::Any("m"));
@@ -160,9 +162,9 @@ WagonData ParseWagonData(std::string_view text, const std::string& file) {
   WagonData wagon;
   wagon.name = table.String("name");
   wagon.source = table.String("source");
-  wagon.g = table.Number("g", Range::Positive("m/s^2"));
-  wagon.b = table.Number("b", Range::Positive("m"));
-  wagon.l = table.Number("l", Range::Positive("m"));
+  wagon.g = table.Number("g", {.unit = "m/s^2", .low = 0.1, .high = 100});
+  wagon.b = table.Number("b", {.unit = "m", .low = 0.1, .high = 10});
+  wagon.l = table.Number("l", {.unit = "m", .low = 0.1, .high = 100});
   if (std::optional<Table> guidance = Required(table, "guidance")) {
     wagon.guidance.longitudinal = ReadStop(*guidance, "longitudinal");
     wagon.guidance.lateral = ReadStop(*guidance, "lateral");

@@ -3,8 +3,11 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <chrono>
+#include <cmath>
 #include <deque>
 #include <map>
+#include <stdexcept>
 #include <utility>
 
 #include "data/checksum.h"
@@ -35,6 +38,13 @@ ReadText Read(std::string_view subfolder, const std::string& name) {
 
 InputFile Describe(const std::string& role, const std::string& name, const ReadText& file) {
   return {.role = role, .name = name, .path = file.path.string(), .sha256 = CalcSha256(file.text)};
+}
+
+std::pair<ParameterSet, InputFile> ReadSetFile(const std::string& name) {
+  const ReadText file = Read("parameter_sets", name);
+  ParameterSet set = ParseParameterSet(file.text, file.path.string());
+  InputFile described = Describe("set", set.name, file);
+  return {std::move(set), std::move(described)};
 }
 
 // --- which set for which link --------------------------------------------------------------------------------------
@@ -119,9 +129,9 @@ class SetLibrary {
   std::size_t Find(const std::string& name) {
     const auto [entry, is_new] = by_name_.try_emplace(name, sets_.size());
     if (is_new) {
-      const ReadText file = Read("parameter_sets", name);
-      sets_.push_back(ParseParameterSet(file.text, file.path.string()));
-      files_.push_back(Describe("set", sets_.back().name, file));
+      auto [set, file] = ReadSetFile(name);
+      sets_.push_back(std::move(set));
+      files_.push_back(std::move(file));
     }
     return entry->second;
   }
@@ -168,6 +178,21 @@ class Notices {
   std::map<std::string, std::vector<std::string>> links_;
 };
 
+/// Messages of the libraries below begin with the name of a function, which says nothing to a user.
+std::string WithoutFunction(const std::string& message) {
+  const std::size_t colon = message.find(": ");
+  return colon == std::string::npos || message.find(' ') < colon ? message : message.substr(colon + 2);
+}
+
+/// What no set file can know of itself: effects, and whether sliders and effects have room beside each other.
+void CheckLink(const DirectionParameters& parameters, double g, Direction direction, const std::string& file) {
+  try {
+    Link(parameters, g, 1.0);
+  } catch (const std::invalid_argument& fault) {
+    throw InputError(file, 0, fmt::format("[{}] {}", Name(direction), WithoutFunction(fault.what())));
+  }
+}
+
 /// The set of one link, with what has to be said about it.
 const ParameterSet& ChooseSet(const std::vector<SetPlace>& places, std::size_t corner, std::size_t direction,
                               SetLibrary* library, Notices* notices) {
@@ -183,6 +208,8 @@ const ParameterSet& ChooseSet(const std::vector<SetPlace>& places, std::size_t c
     notices->Add(fmt::format("no set is given: it comes from {}", kStandIn), link);
   }
   library->file(index).used_for.push_back(link);
+  CheckLink(*library->set(index)[kDirections[direction]], library->set(index).g, kDirections[direction],
+            library->file(index).path);
   for (const std::string& effect : EffectsLeftOut(*library->set(index)[kDirections[direction]])) {
     notices->Add(
         fmt::format("effect {} of {} has no place on a wagon and is left out", effect, library->file(index).path),
@@ -191,43 +218,99 @@ const ParameterSet& ChooseSet(const std::vector<SetPlace>& places, std::size_t c
   return library->set(index);
 }
 
-/// Standard profiles go by names without '.' and '/'.
+/// A file of points; the contact table reads it by itself.
 void DescribeProfile(const std::string& role, const std::string& profile, WagonInputs* inputs) {
-  if (profile.find_first_of("./") == std::string::npos) return;
+  if (FindStandardProfile(profile) != nullptr) return;
   const std::string name = fs::path(profile).filename().string();
   inputs->files.push_back({.role = role, .name = name, .path = profile, .sha256 = CalcFileSha256(profile)});
+}
+
+/// A contact table in other units, or one in which the flanges stand on the rails, would be taken for a wagon.
+void CheckTable(const ContactTable& table, const std::string& file) {
+  constexpr double kNarrowest = 1e-4, kWidest = 0.2;  // [m]
+  constexpr double kTread = 8e-3;                     // [m] a flange root's radius differs by more
+  const auto fail = [&](const std::string& message) { throw InputError(file, 0, message); };
+  const double reach = std::min(-table.rows.front().y, table.rows.back().y);
+  if (reach < kNarrowest || std::max(-table.rows.front().y, table.rows.back().y) > kWidest) {
+    fail(fmt::format("expected y from 0.1 mm to 200 mm to either side, found {:g} m to {:g} m", table.rows.front().y,
+                     table.rows.back().y));
+  }
+  for (const ContactRow& row : table.rows) {
+    const auto check = [&](const char* name, double value, double low, double high) {
+      if (!(low <= value && value <= high))
+        fail(fmt::format("expected {} from {:g} to {:g}, found {:g} at y = {:g} m", name, low, high, value, row.y));
+    };
+    check("r [m]", row.r, 0.5 * table.r0, 2 * table.r0);
+    for (const double c : {row.c11, row.c22, std::abs(row.c23)}) check("Kalker's coefficients", c, 0, 1e3);
+    for (const double axis : {row.a_e, row.b_e}) check("semi-axes of contact [m]", axis, 1e-7, 0.1);
+    check("q0 [m]", row.q0, 1e-9, 0.01);
+    check("n0 [N]", row.n0, 0.1, 1e9);
+  }
+  const auto middle = std::ranges::min_element(table.rows, {}, [](const ContactRow& row) { return std::abs(row.y); });
+  if (std::abs(middle->r - table.r0) > kTread) {
+    fail(
+        fmt::format("expected wheels that stand on their treads in the middle of the track, found them on a rolling "
+                    "radius of {:.1f} mm, r0 = {:.1f} mm: the wheelset does not fit between the rails",
+                    1e3 * middle->r, 1e3 * table.r0));
+  }
+}
+
+/// What a track takes: more is said, and computed.
+void NoteAxleLoad(WagonInputs* inputs) {
+  constexpr double kMostTonnes = 22.5;  // UIC line class D
+  const BodyInertia& body = inputs->body;
+  const double heaviest = 0.5 * body.m * (1 + std::abs(body.x) / inputs->data.l) + inputs->data.wheelset.m;
+  if (1e-3 * heaviest <= kMostTonnes) return;
+  inputs->notices.push_back(fmt::format("{} makes an axle load of {:.1f} t; lines of class D take {} t",
+                                        inputs->freight.name, 1e-3 * heaviest, kMostTonnes));
 }
 
 }  // namespace
 
 const std::array<const char*, kCorners> kCornerNames{"front_left", "front_right", "rear_left", "rear_right"};
 
-void ReadWagonBody(const WagonChoice& choice, WagonInputs* inputs) {
+void ReadWagonFile(const WagonChoice& choice, WagonInputs* inputs) {
   const ReadText wagon = Read("wagons", choice.wagon);
   inputs->data = ParseWagonData(wagon.text, wagon.path.string());
   inputs->files.push_back(Describe("wagon", inputs->data.name, wagon));
+}
+
+void ReadCargo(const WagonChoice& choice, WagonInputs* inputs) {
   const ReadText cargo = Read("freight", choice.cargo);
   inputs->freight = ParseFreight(cargo.text, cargo.path.string());
   inputs->files.push_back(Describe("cargo", inputs->freight.name, cargo));
   inputs->loaded = inputs->freight.even.has_value() || !inputs->freight.boxes.empty();
   inputs->body = CalcBodyInertia(inputs->data, inputs->freight, choice.inertia);
   for (const std::string& notice : CheckFreight(inputs->freight, inputs->data.cargo)) inputs->notices.push_back(notice);
+  NoteAxleLoad(inputs);
+}
+
+void ReadWagonBody(const WagonChoice& choice, WagonInputs* inputs) {
+  ReadWagonFile(choice, inputs);
+  ReadCargo(choice, inputs);
 }
 
 void ReadWagonContact(const WagonChoice& choice, WagonInputs* inputs) {
   if (!choice.contact_table.empty()) {
-    ReadText file{.path = choice.contact_table, .text = ReadFileWhole(choice.contact_table)};
+    const ReadText file{.path = choice.contact_table, .text = ReadFileWhole(choice.contact_table)};
     inputs->table = ParseContactTable(file.text, file.path.string());
     inputs->files.push_back(Describe("contact_table", inputs->table.name, file));
+    CheckTable(inputs->table, file.path.string());
     return;
   }
-  const fs::path path = FindDataFile("geometry", choice.geometry);
-  inputs->geometry = ReadTrackGeometry(path);
-  inputs->files.push_back(
-      {.role = "geometry", .name = inputs->geometry->name, .path = path.string(), .sha256 = CalcFileSha256(path)});
+  const ReadText file = Read("geometry", choice.geometry);
+  inputs->geometry = ParseTrackGeometry(file.text, file.path);
+  inputs->files.push_back(Describe("geometry", inputs->geometry->name, file));
   DescribeProfile("wheel_profile", inputs->geometry->wheel, inputs);
   DescribeProfile("rail_profile", inputs->geometry->rail, inputs);
-  inputs->table = CalcContactTable(*inputs->geometry);
+  const auto begin = std::chrono::steady_clock::now();
+  try {
+    inputs->table = CalcContactTable(*inputs->geometry, inputs->contact_notes.emplace());
+  } catch (const std::invalid_argument& fault) {
+    throw InputError(file.path.string(), 0, WithoutFunction(fault.what()));
+  }
+  CheckTable(inputs->table, file.path.string());
+  inputs->contact_wall_s = std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
 }
 
 void ReadWagonLinks(const WagonChoice& choice, WagonInputs* inputs) {
@@ -243,6 +326,12 @@ void ReadWagonLinks(const WagonChoice& choice, WagonInputs* inputs) {
   }
   notices.AppendTo(&inputs->notices);
   for (InputFile& file : library.TakeUsed()) inputs->files.push_back(std::move(file));
+}
+
+ParameterSet ReadSet(const std::string& name, WagonInputs* inputs) {
+  auto [set, file] = ReadSetFile(name);
+  inputs->files.push_back(std::move(file));
+  return std::move(set);
 }
 
 WagonInputs ReadWagonInputs(const WagonChoice& choice) {

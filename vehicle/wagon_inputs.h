@@ -7,6 +7,8 @@
 #include <string>
 #include <vector>
 
+#include "model/parameter_set.h"
+#include "vehicle/contact/calc_contact_table.h"
 #include "vehicle/contact/contact_table.h"
 #include "vehicle/contact/geometry.h"
 #include "vehicle/freight.h"
@@ -54,7 +56,9 @@ struct WagonInputs {
   BodyInertia body;
   bool loaded = false;  ///< there is freight: the loaded damping of the parabolic spring counts
   std::array<CornerLinks, kCorners> links;
-  std::optional<TrackGeometry> geometry;  ///< where the contact table was not given as a file
+  std::optional<TrackGeometry> geometry;      ///< where the contact table was not given as a file
+  std::optional<ContactNotes> contact_notes;  ///< of the table that was made from it
+  double contact_wall_s = 0;                  ///< time that making it took
   ContactTable table;
   std::vector<std::string> notices;  ///< directions without a set, effects left out, freight that stands out
 };
@@ -70,8 +74,12 @@ WagonInputs ReadWagonInputs(const WagonChoice& choice);
 Wagon MakeWagon(const WagonInputs& inputs);
 
 /// Parts of ReadWagonInputs, for commands that need no whole wagon. Each appends to `inputs`.
-void ReadWagonBody(const WagonChoice& choice, WagonInputs* inputs);     ///< data, freight, body
-void ReadWagonContact(const WagonChoice& choice, WagonInputs* inputs);  ///< geometry, table
+void ReadWagonFile(const WagonChoice& choice, WagonInputs* inputs);     ///< data
+void ReadCargo(const WagonChoice& choice, WagonInputs* inputs);         ///< freight, body; ReadWagonFile first
+void ReadWagonBody(const WagonChoice& choice, WagonInputs* inputs);     ///< both
+void ReadWagonContact(const WagonChoice& choice, WagonInputs* inputs);  ///< geometry, table, its notes
 void ReadWagonLinks(const WagonChoice& choice, WagonInputs* inputs);    ///< links
+/// A parameter set by name or path, for a command that needs no more; its file is appended to `inputs`.
+ParameterSet ReadSet(const std::string& name, WagonInputs* inputs);
 
 }  // namespace uiclink

@@ -30,7 +30,7 @@ TEST_F(IdentifyOnWagon, TableHasTheIdentifiedSetsBesideSets1And2) {
   const std::string section = SectionOf(result.out);
   for (const char* part :
        {"On the wagon (Hbbills 311, empty, geometry nominal-1435)\n", "\n  identified  ", "\n  plain model  ",
-        "\n  set 1  ", "\n  set 2  ", "at 30 m/s, both wheelsets put 5 mm beside the running equilibrium",
+        "\n  set 1  ", "\n  set 2  ", "at 12 m/s, both wheelsets put 5 mm beside the running equilibrium",
         "the longitudinal direction was not measured: it comes from set 1", "Written: out/parameters.toml"})
     EXPECT_NE(section.find(part), std::string::npos) << part << "\nin\n" << section;
   for (std::size_t begin = 0; begin < section.size();) {
@@ -108,6 +108,7 @@ TEST_F(IdentifyOnWagon, OptionsThatMakeNoSenseAreSaidBeforeAnythingIsDone) {
   for (const auto& [option, value] : {std::pair{"--cargo", "feathers"},
                                       {"--geometry", "nowhere.toml"},
                                       {"--wagon-speed", "0"},
+                                      {"--wagon-speed", "nan"},
                                       {"--wagon-speed", "inf"}}) {
     const ProgramResult result = Run({"a.txt", option, value});
     EXPECT_EQ(result.exit_code, 2) << option;

@@ -30,16 +30,7 @@ Profile RoundRail(double y_centre, double radius) {
 }
 
 TrackGeometry NominalGeometry() {
-  TrackGeometry geometry;
-  geometry.gauge = 1.435;
-  geometry.gauge_depth = 0.014;
-  geometry.cant = 1.0 / 40;
-  geometry.back_to_back = 1.360;
-  geometry.tape_circle = 0.070;
-  geometry.r0 = kRadius;
-  geometry.wheel = "S1002";
-  geometry.rail = "UIC60";
-  return geometry;
+  return ReadTrackGeometry(UICLINK_SOURCE_DIR "/data/geometry/nominal-1435-rigid.toml");
 }
 
 const WheelsetOnRails& Nominal() {

@@ -28,7 +28,7 @@ ElasticContact Press(const WheelsetOnRails& wheelset, double y, double load) {
   return CalcElasticContact(wheelset, {.y = y, .phi = k.phi_roll, .z_lift = k.z_lift}, k.left, load, kSteel);
 }
 
-TrackGeometry Nominal() { return ReadTrackGeometry(UICLINK_SOURCE_DIR "/data/geometry/nominal-1435.toml"); }
+TrackGeometry Nominal() { return ReadTrackGeometry(UICLINK_SOURCE_DIR "/data/geometry/nominal-1435-rigid.toml"); }
 
 /// Approach and area against Hertz on gaps that are quadratic up to 1e-3; the method's own error is stated in the
 /// header: 3 % low to 4 % high. The axis ratio is exact but for the arcs' fourth-order terms (patch/radius squared).
@@ -108,6 +108,7 @@ TEST(ElasticContact, MovesContinuouslyWhereRigidContactJumps) {
   TrackGeometry geometry = Nominal();
   const WheelsetOnRails wheelset(geometry);
   ContactNotes notes;
+  geometry.contact = ContactModel::kRigid;  // whose jumps are looked for
   CalcContactTable(geometry, notes);
   ASSERT_GE(notes.jumps.size(), 2);
   for (const Jump& jump : notes.jumps) {

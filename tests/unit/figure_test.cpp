@@ -168,6 +168,14 @@ TEST(Figure, HasEverySeriesLabelAndText) {
   EXPECT_THAT(svg, Not(HasSubstr("Gnuplot</title>")));
 }
 
+TEST(Figure, WideNumbersLeaveTheTitleOfTheAxisInThePicture) {
+  // By `set ylabel` gnuplot puts the title left of the numbers as it expects them, and omits one beyond the edge.
+  const Figure figure{.panels = {{.x = {.label = "time"},
+                                  .y = {.label = "slider force over load"},
+                                  .series = {{.x = {0, 1}, .y = {-0.014, 0.014}}}}}};
+  EXPECT_THAT(RenderSvg(figure), HasSubstr(">slider force over load<"));
+}
+
 TEST(Figure, TheCheckOfWellFormedXmlFindsFaults) {
   EXPECT_EQ(FindXmlFault("<a b='1'><c/>x &amp; y<!-- <d> --></a>"), "");
   EXPECT_NE(FindXmlFault("<a><b></a></b>"), "");

@@ -5,6 +5,7 @@
 
 #include <cmath>
 #include <filesystem>
+#include <nlohmann/json.hpp>
 #include <stdexcept>
 #include <string>
 
@@ -210,7 +211,7 @@ std::string FaultOf(const std::string& text) {
 
 TEST(WagonFile, NamesEveryFaultWithItsLine) {
   EXPECT_EQ(FaultOf(Changed("g = 9.82", "g = 9.82")), "none");
-  EXPECT_THAT(FaultOf(Changed("m = 1022.0", "m = -1022.0")), HasSubstr("expected m > 0 [kg], found -1022"));
+  EXPECT_THAT(FaultOf(Changed("m = 1022.0", "m = -1022.0")), HasSubstr("expected 10 <= m <= 1000000 [kg], found -1022"));
   EXPECT_THAT(FaultOf(Changed("mu0 = 0.2", "mu0 = 1.0")), HasSubstr("mu0"));
   EXPECT_THAT(FaultOf(Changed("[leaf]", "[leaves]")), HasSubstr("expected a table [leaf]"));
   EXPECT_THAT(FaultOf(Changed("point = [0.0, 2.615]", "point = [0.0]")), HasSubstr("expected a pair [y, z]"));
@@ -220,7 +221,7 @@ TEST(WagonFile, NamesEveryFaultWithItsLine) {
   EXPECT_THAT(FaultOf(Changed(", [4.803, 0.0]]", "]")), HasSubstr("expected 4 places as in at, found 3"));
   EXPECT_THAT(FaultOf(Changed("[0.0, 2.0, 1.0, 2.0, 0.0]", "[1.0]")), HasSubstr("each of the 5 pieces"));
   const std::string both = FaultOf(Changed("b = 1.074", "b = 0.0\nc = 3"));
-  EXPECT_THAT(both, HasSubstr("b > 0"));
+  EXPECT_THAT(both, HasSubstr("0.1 <= b <= 10"));
   EXPECT_THAT(both, HasSubstr("\"c\""));
 }
 
@@ -275,8 +276,20 @@ TEST(InertiaReport, TellsUnevenFreightAndTipping) {
       FreightOf({.name = "lump", .mass = 9e4, .length = 1, .width = 1, .height = 1, .x = 7})};
   EXPECT_THAT(FormatInertiaReport(wagon, tips), HasSubstr("would tip"));
   EXPECT_THROW(FormatInertiaReport(wagon, {}), std::invalid_argument);
-  EXPECT_THAT(FormatInertiaJson(wagon, coil), HasSubstr("\"schema\": \"wagon-inertia/1\""));
-  EXPECT_THROW(FormatInertiaJson(wagon, coil, {}, "no json"), std::invalid_argument);
+}
+
+TEST(InertiaReport, JsonUsesTheWordsOfTheOptions) {
+  WagonInputs inputs;
+  inputs.data = Hbbills();
+  inputs.choice.inertia.partitions = Partitions::kSpread;
+  const std::vector<Freight> coil{FreightOf({.name = "coil", .mass = 9000, .length = 2, .width = 1, .height = 1})};
+  const nlohmann::json json = nlohmann::json::parse(FormatInertiaJson(inputs, coil));
+  EXPECT_EQ(json.at("schema"), "wagon-inertia/1");
+  EXPECT_EQ(json.at("partitions"), "spread");
+  EXPECT_EQ(json.at("com"), "corrected");
+  EXPECT_EQ(json.at("partitions"), json.at("inputs").at("options").at("partitions"));
+  EXPECT_EQ(json.at("freights").at(0).at("total_mass_kg"), 13563 + 9000);
+  EXPECT_THROW(FormatInertiaJson(inputs, {}), std::invalid_argument);
 }
 
 }  // namespace

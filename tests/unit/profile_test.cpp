@@ -17,6 +17,23 @@
 namespace uiclink {
 namespace {
 
+/// Where pieces meet, without the two ends.
+std::vector<double> Joints(const Profile& profile) {
+  std::vector<double> joints;
+  for (std::size_t i = 1; i < profile.pieces().size(); ++i) joints.push_back(profile.pieces()[i].y_begin());
+  return joints;
+}
+
+/// Those of them where height or slope steps by more than rounding (1e-10 m, 1e-9).
+std::vector<double> Kinks(const Profile& profile) {
+  std::vector<double> kinks = Joints(profile);
+  std::erase_if(kinks, [&](double y) {
+    const ProfilePoint below = profile.Eval(y, JointSide::kBelow), above = profile.Eval(y, JointSide::kAbove);
+    return std::abs(below.z - above.z) <= 1e-10 && std::abs(below.slope - above.slope) <= 1e-9;
+  });
+  return kinks;
+}
+
 using testing::HasSubstr;
 
 constexpr double kMm = 1e-3;
@@ -77,8 +94,8 @@ TEST(Profile, KnowsBothSidesOfAJoint) {
   const Profile profile("corner", {ProfilePiece::Polynomial(-1, 0, 0, std::array{0.0, -0.5}),
                                    ProfilePiece::Polynomial(0, 1, 0, std::array{0.25, 0.5, 2.0}),
                                    ProfilePiece::Polynomial(1, 2, 1, std::array{2.75, 4.5})});
-  EXPECT_THAT(profile.joints(), testing::ElementsAre(0, 1));
-  EXPECT_THAT(profile.kinks(), testing::ElementsAre(0));  // at 1 only the curvature jumps
+  EXPECT_THAT(Joints(profile), testing::ElementsAre(0, 1));
+  EXPECT_THAT(Kinks(profile), testing::ElementsAre(0));  // at 1 only the curvature jumps
   EXPECT_DOUBLE_EQ(profile.Eval(0, JointSide::kBelow).slope, -0.5);
   EXPECT_DOUBLE_EQ(profile.Eval(0, JointSide::kBelow).z, 0);
   EXPECT_DOUBLE_EQ(profile.Eval(0).slope, 0.5);
@@ -132,7 +149,7 @@ TEST(StandardProfiles, S1002HasTheMeasuresOfEn13715) {
   EXPECT_NEAR(wheel.Eval(-37.5 * kMm).z, -10 * kMm, 1e-6);  // flange thickness 32.5 at z = 10, to 0.001 mm
   EXPECT_NEAR(wheel.Eval(-39 * kMm).slope, std::tan(70 * M_PI / 180), 1e-4);
   EXPECT_NEAR(wheel.Eval(50 * kMm).slope, 1.0 / 15, 1e-8);
-  for (const double y : wheel.joints()) {
+  for (const double y : Joints(wheel)) {
     const ProfilePoint below = wheel.Eval(y, JointSide::kBelow);
     const ProfilePoint above = wheel.Eval(y);
     EXPECT_NEAR(below.z, above.z, 1e-16) << y;
@@ -149,12 +166,12 @@ TEST(StandardProfiles, RailHeadsAreSmoothAndHaveTheirMeasures) {
   for (const Measures& m : {Measures{RailUic60(), 10.5, 25.988023, 36.0, 14.259738},
                             Measures{Rail60E1(), 10.228, 26.0265, 35.999811, 14.299958}}) {
     SCOPED_TRACE(m.rail.name());
-    ASSERT_EQ(m.rail.joints().size(), 6u);
-    EXPECT_NEAR(m.rail.joints()[3], m.top * kMm, 1e-9);
-    EXPECT_NEAR(m.rail.joints()[4], m.shoulder * kMm, 1e-9);
-    EXPECT_NEAR(m.rail.joints()[5], m.corner * kMm, 1e-9);
-    EXPECT_NEAR(m.rail.Eval(m.rail.joints()[5]).z, -m.corner_depth * kMm, 1e-9);
-    EXPECT_TRUE(m.rail.kinks().empty());
+    ASSERT_EQ(Joints(m.rail).size(), 6u);
+    EXPECT_NEAR(Joints(m.rail)[3], m.top * kMm, 1e-9);
+    EXPECT_NEAR(Joints(m.rail)[4], m.shoulder * kMm, 1e-9);
+    EXPECT_NEAR(Joints(m.rail)[5], m.corner * kMm, 1e-9);
+    EXPECT_NEAR(m.rail.Eval(Joints(m.rail)[5]).z, -m.corner_depth * kMm, 1e-9);
+    EXPECT_TRUE(Kinks(m.rail).empty());
     EXPECT_NEAR(m.rail.Eval(0).z, 0, 1e-16);
     for (double y = 0; y < 0.036; y += 0.0007) EXPECT_DOUBLE_EQ(m.rail.Eval(y).z, m.rail.Eval(-y).z);
     EXPECT_NEAR(m.rail.Eval(0.036001).slope, -20, 1e-9);
@@ -172,12 +189,12 @@ TEST(PlaceRail, CantsTheHeadAndMeasuresTheGaugeBelowItsHighestPoint) {
   const Profile rail = PlaceRail(RailUic60(), NominalTrack());
   // Ends of the arcs of the canted head by trigonometry, and the highest point above the R 300 arc's centre [mm].
   const std::array<double, 6> joints{717.408508, 727.117287, 742.548755, 763.542196, 779.077099, 789.386019};
-  ASSERT_EQ(rail.joints().size(), joints.size());
-  for (std::size_t i = 0; i < joints.size(); ++i) EXPECT_NEAR(rail.joints()[i], joints[i] * kMm, 1e-9);
+  ASSERT_EQ(Joints(rail).size(), joints.size());
+  for (std::size_t i = 0; i < joints.size(); ++i) EXPECT_NEAR(Joints(rail)[i], joints[i] * kMm, 1e-9);
   EXPECT_NEAR(rail.Eval(0.760538539).z, 0, 1e-15);
   EXPECT_NEAR(rail.Eval(0.760538539).slope, 0, 1e-8);
   EXPECT_NEAR(rail.Eval(0.7175).z, -0.014, 1e-14);  // gauge face: half of 1435 mm, 14 mm down
-  EXPECT_TRUE(rail.kinks().empty());
+  EXPECT_TRUE(Kinks(rail).empty());
 
   TrackGeometry wider = NominalTrack();
   wider.rail_offset = 0.0016;
@@ -206,6 +223,18 @@ TEST(ProfileFile, FindsTheAxesOfAWheel) {
       for (const auto& [y, z] : points) EXPECT_NEAR(z, WheelS1002().Eval(y).z, 3e-9);  // six decimals, slope up to 4
     }
   }
+}
+
+TEST(ProfileFile, TakesPointsThatStandTwiceAndAByteOrderMark) {
+  const std::string text = Text(WheelS1002(), -0.069, 0.06, 2e-4, 1, 1);
+  std::string twice = "\xef\xbb\xbf";
+  for (std::size_t begin = 0, end = 0; begin < text.size(); begin = end + 1) {
+    end = text.find('\n', begin);
+    const std::string line = text.substr(begin, end - begin + 1);
+    twice += line + line;
+  }
+  EXPECT_EQ(ParseProfilePoints(twice, "wheel.dat", ProfileKind::kWheel),
+            ParseProfilePoints(text, "wheel.dat", ProfileKind::kWheel));
 }
 
 TEST(ProfileFile, TakesStatedAxes) {
@@ -244,6 +273,8 @@ TEST(ProfileFile, SaysWhereAFileIsWrong) {
   EXPECT_EQ(FaultOf("1 nan\n"), "bad.prw:1: expected a finite number, found \"nan\"");
   EXPECT_EQ(FaultOf("1 2\n2 3 # short\n"), "bad.prw: expected at least 10 points, found 2");
   EXPECT_EQ(FaultOf("600 2\n"), "bad.prw:1: expected a length below 500 mm, found 600 mm");
+  EXPECT_EQ(FaultOf(Text(WheelS1002(), -6e-5, 6e-5, 1e-6, 1, 1)),
+            "bad.prw: expected a profile at least 20 mm wide, found 0.12 mm (lengths are in mm)");
   EXPECT_THAT(FaultOf(good + "57 2.43\n"), HasSubstr("bad.prw:122: expected points along the curve in one direction"));
   const std::string simpack = "header.begin\n type = 0 ! rail\nheader.end\nspline.begin\n";
   EXPECT_EQ(FaultOf(simpack), "bad.prw:2: expected the profile of a wheel, type = 1, found type = 0");
@@ -264,7 +295,7 @@ TEST(FitProfile, PassesThroughPointsWithoutSmoothing) {
     EXPECT_NEAR(profile.Eval(y).z, 1e-3 * std::sin(300 * y), 4e-10);
     EXPECT_NEAR(profile.Eval(y).second, -90 * std::sin(300 * y), 0.1);
   }
-  EXPECT_TRUE(profile.kinks().empty());
+  EXPECT_TRUE(Kinks(profile).empty());
 }
 
 TEST(FitProfile, LeavesTheStatedDeviationAndKeepsCurvatureUsable) {

@@ -99,7 +99,7 @@ class ManchesterBenchmark : public testing::Test {
     if (cases_.empty()) GTEST_SKIP() << "no reference in " << kReference;
   }
   static TrackGeometry Geometry() {
-    return ReadTrackGeometry(fs::path(UICLINK_SOURCE_DIR) / "data/geometry/nominal-1435.toml");
+    return ReadTrackGeometry(fs::path(UICLINK_SOURCE_DIR) / "data/geometry/nominal-1435-rigid.toml");
   }
 
   std::vector<BenchmarkCase> cases_ = ReadBenchmark();

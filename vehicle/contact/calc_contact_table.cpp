@@ -14,6 +14,12 @@
 namespace uiclink {
 namespace {
 
+/// Of a contact ellipse, along and across rolling [m].
+struct SemiAxes {
+  double a = 0;
+  double b = 0;
+};
+
 /// One wheel at one displacement, told as the left one.
 struct WheelPlace {
   WheelPose pose;
@@ -82,20 +88,7 @@ class TableBuilder {
   ContactRow CalcRigidRow(const ContactCandidate& point, const WheelPose& pose) const {
     const double n0 = geometry_.wheel_load / std::cos(point.delta + pose.phi);
     const HertzContact ellipse = CalcRigidEllipse(wheelset_, point, pose.y, pose.phi, pose.z_lift, n0, material_);
-    ContactRow row{.y = pose.y,
-                   .a_wheel = point.a_wheel,
-                   .a_rail = point.a_rail,
-                   .r = point.r,
-                   .z_rail = point.z_rail,
-                   .delta = point.delta,
-                   .a_e = ellipse.a,
-                   .b_e = ellipse.b,
-                   .q0 = ellipse.approach,
-                   .n0 = n0,
-                   .z_lift = pose.z_lift,
-                   .phi_roll = pose.phi};
-    SetCreepCoefficients(row);
-    return row;
+    return MakeRow(pose, point, {.a = ellipse.a, .b = ellipse.b}, ellipse.approach, n0);
   }
 
   ContactRow CalcElasticRow(const WheelPlace& place, double& approach_guess) const {
@@ -103,27 +96,29 @@ class TableBuilder {
     const ElasticContact c =
         CalcElasticContact(wheelset_, pose, *place.minima, geometry_.wheel_load, material_, approach_guess);
     approach_guess = c.approach / std::cos(c.delta + pose.phi);
-    ContactRow row{.y = pose.y,
-                   .a_wheel = c.a_wheel,
-                   .a_rail = c.a_rail,
-                   .r = c.r,
-                   .z_rail = c.z_rail,
-                   .delta = c.delta,
-                   .a_e = c.a,
-                   .b_e = c.b,
-                   .q0 = c.approach,
-                   .n0 = c.normal_force,
-                   .z_lift = pose.z_lift,
-                   .phi_roll = pose.phi};
-    SetCreepCoefficients(row);
-    return row;
+    return MakeRow(pose, c, {.a = c.a, .b = c.b}, c.approach, c.normal_force);
   }
 
-  void SetCreepCoefficients(ContactRow& row) const {
-    const KalkerCoefficients c = CalcKalkerCoefficients(row.a_e / row.b_e, geometry_.poisson);
-    row.c11 = c.c11;
-    row.c22 = c.c22;
-    row.c23 = c.c23;
+  /// @param point  with a_wheel, a_rail, r, z_rail, delta: a ContactCandidate or an ElasticContact.
+  template <typename Point>
+  ContactRow MakeRow(const WheelPose& pose, const Point& point, const SemiAxes& ellipse, double approach,
+                     double n0) const {
+    const KalkerCoefficients c = CalcKalkerCoefficients(ellipse.a / ellipse.b, geometry_.poisson);
+    return {.y = pose.y,
+            .a_wheel = point.a_wheel,
+            .a_rail = point.a_rail,
+            .r = point.r,
+            .z_rail = point.z_rail,
+            .delta = point.delta,
+            .c11 = c.c11,
+            .c22 = c.c22,
+            .c23 = c.c23,
+            .a_e = ellipse.a,
+            .b_e = ellipse.b,
+            .q0 = approach,
+            .n0 = n0,
+            .z_lift = pose.z_lift,
+            .phi_roll = pose.phi};
   }
 
   /// The lowest minimum beside the ellipse of the first one, if the approach closes it.

@@ -44,6 +44,7 @@ struct ContactNotes {
 /// Wheels and track are symmetric; the right wheel at y is the left one at -y. Deterministic.
 /// @throws std::invalid_argument when the wheelset does not fit between the rails; InputError for a file of points.
 ContactTable CalcContactTable(const TrackGeometry& geometry, ContactNotes& notes);
+ContactTable CalcContactTable(const TrackGeometry& geometry);  ///< the same without the notes
 
 inline constexpr double kWidestEllipse = 20e-3;  ///< greatest semi-axis across rolling [m]
 

@@ -1,7 +1,8 @@
 #include "vehicle/contact/contact_curve.h"
 
-#include <span>
+#include <limits>
 #include <stdexcept>
+#include <utility>
 
 namespace uiclink {
 namespace {
@@ -141,7 +142,7 @@ class BranchCurves {
 class PoseCurves {
  public:
   /// @param near  rows closer than this are one [m].
-  PoseCurves(std::span<const ContactRow> rows, double near) {
+  PoseCurves(std::span<const ContactRow> rows, double near) : near_(near) {
     std::vector<Pose> poses;
     for (std::size_t i = 0; i < rows.size(); ++i) {
       poses.push_back({rows[i].y, rows[i].z_lift, rows[i].phi_roll});
@@ -199,46 +200,72 @@ class PoseCurves {
     phi_.emplace_back(y, std::move(phi));
   }
 
-  /// A kink within a cell belongs to both sides: the left end is seen from before it, the right end from behind.
+  /// The stretch between kinks that ends at y or goes on there (`from_left`), or else that begins there or has begun. A
+  /// kink within a cell so lies between the two stretches of its ends; one at the end of a cell, up to rounding, is
+  /// passed by the next.
   std::array<ShapeSpline::Point, 2> At(double y, bool from_left) const {
-    const auto kink = from_left ? std::ranges::lower_bound(kinks_, y) : std::ranges::upper_bound(kinks_, y);
+    const auto kink =
+        from_left ? std::ranges::lower_bound(kinks_, y - near_) : std::ranges::upper_bound(kinks_, y + near_);
     const auto piece = static_cast<std::size_t>(kink - kinks_.begin());
     return {z_[piece].At(y), phi_[piece].At(y)};
   }
 
+  double near_;
   std::vector<double> kinks_;
   std::vector<ShapeSpline> z_, phi_;  ///< between the kinks
 };
 
-/// The table's rows are equally far apart but for those that jumps add between them: the usual distance.
+/// The least distance of rows [m], those that jumps add between them left aside unless there are no others.
 double FindRowDistance(std::span<const ContactRow> rows) {
-  std::vector<double> distances;
-  for (std::size_t i = 1; i < rows.size(); ++i) distances.push_back(rows[i].y - rows[i - 1].y);
-  const auto middle = distances.begin() + static_cast<std::ptrdiff_t>(distances.size() / 2);
-  std::ranges::nth_element(distances, middle);
-  return *middle;
+  const auto jumps = [&](std::size_t i) {
+    return (i > 0 && rows[i].y == rows[i - 1].y) || (i + 1 < rows.size() && rows[i].y == rows[i + 1].y);
+  };
+  double least = std::numeric_limits<double>::infinity(), least_of_all = least;
+  for (std::size_t i = 1; i < rows.size(); ++i) {
+    const double distance = rows[i].y - rows[i - 1].y;
+    if (distance > 0) least_of_all = std::min(least_of_all, distance);
+    if (!jumps(i - 1) && !jumps(i)) least = std::min(least, distance);
+  }
+  return std::isfinite(least) ? least : least_of_all;
+}
+
+/// How many cells a table gets: those of its least row distance. A user's table may have rows that nearly coincide;
+/// it gets no more than so many cells a row.
+std::size_t CountCells(std::span<const ContactRow> rows) {
+  constexpr double kMostCellsPerRow = 20;  // 256 bytes each
+  const double length = rows.back().y - rows.front().y;
+  const double distance = FindRowDistance(rows);
+  const double most = kMostCellsPerRow * static_cast<double>(rows.size());
+  return static_cast<std::size_t>(std::clamp(std::round(length / distance), 1.0, most));
+}
+
+std::vector<BranchCurves> MakeCurves(std::span<const ContactRow> rows, const std::vector<Branch>& branches,
+                                     double shear_modulus) {
+  std::vector<BranchCurves> curves;
+  for (const Branch& branch : branches)
+    curves.emplace_back(rows.subspan(branch.first, branch.last - branch.first + 1), shear_modulus);
+  return curves;
 }
 
 }  // namespace
 
 ContactCurve::ContactCurve(const ContactTable& table) {
   const std::span<const ContactRow> rows = table.rows;
-  if (rows.size() < 4) throw std::invalid_argument("a contact table needs at least four rows");
-  const std::vector<Branch> branches = FindBranches(rows);
-
-  const double length = rows.back().y - rows.front().y;
-  const double distance = FindRowDistance(rows);
-  if (!(distance > 0)) throw std::invalid_argument("the contact of a table jumps at most of its rows");
-  const auto cells = static_cast<std::size_t>(std::max(1.0, std::round(length / distance)));
+  if (rows.empty() || !(rows.front().y < rows.back().y))
+    throw std::invalid_argument("a contact table needs rows by increasing y");
+  const std::size_t cells = CountCells(rows);
   r0_ = table.r0;
   y_min_ = rows.front().y;
-  width_ = length / static_cast<double>(cells);
+  width_ = (rows.back().y - rows.front().y) / static_cast<double>(cells);
   per_width_ = 1 / width_;
   last_ = std::nextafter(static_cast<double>(cells), 0.0);
+  MakeCells(rows, cells, table.shear_modulus);
+  MakeStaticQuantities(rows);
+}
 
-  std::vector<BranchCurves> curves;
-  for (const Branch& branch : branches)
-    curves.emplace_back(rows.subspan(branch.first, branch.last - branch.first + 1), table.shear_modulus);
+void ContactCurve::MakeCells(std::span<const ContactRow> rows, std::size_t cells, double shear_modulus) {
+  const std::vector<Branch> branches = FindBranches(rows);
+  const std::vector<BranchCurves> curves = MakeCurves(rows, branches, shear_modulus);
   const PoseCurves poses(rows, 1e-6 * width_);
 
   cells_.resize(cells);
@@ -260,7 +287,9 @@ ContactCurve::ContactCurve(const ContactTable& table) {
     poses_[i] = poses.Cell(left, right);
     at_left = at_right;
   }
+}
 
+void ContactCurve::MakeStaticQuantities(std::span<const ContactRow> rows) {
   std::vector<double> y, q0, a_rail;
   for (const ContactRow& row : rows) {
     if (!y.empty() && row.y == y.back()) continue;
@@ -269,7 +298,7 @@ ContactCurve::ContactCurve(const ContactTable& table) {
     a_rail.push_back(row.a_rail);
   }
   const ShapeSpline approach(y, q0), rail(y, a_rail);
-  for (std::size_t i = 0; i <= cells; ++i) {
+  for (std::size_t i = 0; i <= cells_.size(); ++i) {
     const double at = y_min_ + static_cast<double>(i) * width_;
     static_approach_.push_back(approach.At(at).f);
     rail_distance_.push_back(rail.At(at).f);

@@ -4,6 +4,7 @@
 #include <array>
 #include <cmath>
 #include <cstddef>
+#include <span>
 #include <vector>
 
 #include "model/scalar.h"
@@ -34,12 +35,15 @@ struct KinematicPose {
 };
 
 /// A contact table between its rows: cubic polynomials on equal cells, shape-preserving (no overshoot where the
-/// curvature of a profile steps) and with a continuous slope wherever the contact does not jump.
+/// curvature of a profile steps) and with a continuous slope wherever the contact does not jump.  A cell is as wide as
+/// the closest rows are apart; a table of equal distances has a row at each end of a cell, but for those of its jumps.
 ///
-/// Height and roll of the wheelset are made symmetric: it stands the same displaced to the left and to the right.
+/// Height and roll of the wheelset are made symmetric: it stands the same displaced to the left and to the right. Where
+/// the table reaches further to one side, they come from that side alone.
 ///
-/// A cell in which the contact jumps has both contacts, before and after; over the width of the cell (that of the
-/// table's rows) the load goes over from the one to the other.  A contact point between the two is never invented.
+/// A cell in which the contact jumps has both contacts, before and after; over the width of the cell the load goes over
+/// from the one to the other.  A contact point between the two is never invented.  Of several jumps in one cell the
+/// first "before" and the last "after" count.
 class ContactCurve {
  public:
   static constexpr std::size_t kQuantities = 8;                  ///< members of WheelContact, in that order
@@ -47,7 +51,7 @@ class ContactCurve {
   using PoseCubic = std::array<std::array<double, 2>, 4>;
 
   ContactCurve() = default;
-  /// @throws std::invalid_argument for less than four rows.
+  /// @throws std::invalid_argument unless the table has rows at two displacements at least.
   explicit ContactCurve(const ContactTable& table);
 
   double y_min() const { return y_min_; }
@@ -56,13 +60,14 @@ class ContactCurve {
   std::size_t cells() const { return cells_.size(); }
   double width() const { return width_; }
 
-  /// The cell of a displacement; those beyond the table belong to its first or last cell.
+  /// The cell of a displacement; those beyond the table belong to its first or last cell, one that is no number to the
+  /// first.
   struct Place {
     std::size_t cell = 0;
     double t = 0;
   };
   Place Find(double y) const {
-    const double s = std::clamp((y - y_min_) * per_width_, 0.0, last_);
+    const double s = std::min(std::max(0.0, (y - y_min_) * per_width_), last_);  // in this order: 0 for NaN
     const auto cell = static_cast<std::size_t>(s);
     return {cell, s - static_cast<double>(cell)};
   }
@@ -99,12 +104,13 @@ class ContactCurve {
     return t;
   }
 
-  /// q0 of the table at y [m]: what the printed form of the penetration starts from (linear between rows).
+  /// q0 of the table at y [m]: what the printed form of the penetration starts from. Linear within a cell; in one with
+  /// a jump from the one before it to the one after it.
   template <typename T>
   T CalcStaticApproach(const T& y) const {
     return Interpolate(static_approach_, y);
   }
-  /// a_rail of the table at y [m] (linear between rows).
+  /// a_rail of the table at y [m], in the same way.
   template <typename T>
   T CalcRailDistance(const T& y) const {
     return Interpolate(rail_distance_, y);
@@ -116,6 +122,9 @@ class ContactCurve {
     const Place p = Find(Value(y));
     return f[p.cell] + Local(y, p) * (f[p.cell + 1] - f[p.cell]);
   }
+
+  void MakeCells(std::span<const ContactRow> rows, std::size_t cells, double shear_modulus);
+  void MakeStaticQuantities(std::span<const ContactRow> rows);
 
   double y_min_ = 0;
   double width_ = 1;      ///< of a cell [m]

@@ -20,31 +20,7 @@
 namespace uiclink {
 namespace {
 
-enum class Rule { kAny, kPositive, kAngle };
-
-struct Column {
-  std::string_view name;
-  double ContactRow::*value;
-  Rule rule;
-};
-
-constexpr std::array<Column, 15> kColumns{{
-    {"y", &ContactRow::y, Rule::kAny},
-    {"a_wheel", &ContactRow::a_wheel, Rule::kPositive},
-    {"a_rail", &ContactRow::a_rail, Rule::kPositive},
-    {"r", &ContactRow::r, Rule::kPositive},
-    {"z_rail", &ContactRow::z_rail, Rule::kAny},
-    {"delta", &ContactRow::delta, Rule::kAngle},
-    {"c11", &ContactRow::c11, Rule::kPositive},
-    {"c22", &ContactRow::c22, Rule::kPositive},
-    {"c23", &ContactRow::c23, Rule::kAny},
-    {"a_e", &ContactRow::a_e, Rule::kPositive},
-    {"b_e", &ContactRow::b_e, Rule::kPositive},
-    {"q0", &ContactRow::q0, Rule::kPositive},
-    {"n0", &ContactRow::n0, Rule::kPositive},
-    {"z_lift", &ContactRow::z_lift, Rule::kAny},
-    {"phi_roll", &ContactRow::phi_roll, Rule::kAngle},
-}};
+using Rule = ContactColumn::Rule;
 
 bool Obeys(Rule rule, double value) {
   if (rule == Rule::kPositive) return value > 0;
@@ -146,14 +122,14 @@ class TableParser {
   void ParseHead(const std::vector<std::string_view>& names) {
     std::map<std::string_view, int> seen;
     for (const std::string_view name : names) {
-      const auto* const known = std::ranges::find(kColumns, name, &Column::name);
-      columns_.push_back(known == kColumns.end() ? nullptr : known);
-      if (known == kColumns.end())
+      const auto* const known = std::ranges::find(kContactColumns, name, &ContactColumn::name);
+      columns_.push_back(known == kContactColumns.end() ? nullptr : known);
+      if (known == kContactColumns.end())
         Fault(line_, fmt::format("expected the name of a column, found {}", Quote(name)));
       else if (++seen[name] == 2)
         Fault(line_, fmt::format("expected every column once, found \"{}\" again", name));
     }
-    for (const Column& column : kColumns) {
+    for (const ContactColumn& column : kContactColumns) {
       if (!seen.contains(column.name)) Fault(line_, fmt::format("expected a column \"{}\", found none", column.name));
     }
   }
@@ -167,7 +143,7 @@ class TableParser {
     bool good = true;
     for (std::size_t i = 0; i < cells.size(); ++i) {
       if (columns_[i] == nullptr) continue;
-      const Column& column = *columns_[i];
+      const ContactColumn& column = *columns_[i];
       const std::optional<double> value = ParseNumber(cells[i]);
       if (value && Obeys(column.rule, *value)) {
         row.*column.value = *value;
@@ -221,8 +197,8 @@ class TableParser {
   std::string file_;
   int line_ = 0;
   ContactTable table_;
-  std::map<std::string, int> keys_;     ///< those met, with their lines
-  std::vector<const Column*> columns_;  ///< in the order of the file; null for unknown ones
+  std::map<std::string, int> keys_;            ///< those met, with their lines
+  std::vector<const ContactColumn*> columns_;  ///< in the order of the file; null for unknown ones
   std::vector<std::pair<int, std::string>> faults_;
 };
 
@@ -240,10 +216,11 @@ std::string FormatContactTable(const ContactTable& table) {
       "one at -y, mirrored.\n# SI units, angles in rad. Two rows at one y: the contact jumps. Format: "
       "data/README.md.\n";
   text += fmt::format("# name: {}\n# r0: {}\n# shear_modulus: {}\n", table.name, table.r0, table.shear_modulus);
-  for (const Column& column : kColumns) fmt::format_to(std::back_inserter(text), " {:>23}", column.name);
+  for (const ContactColumn& column : kContactColumns) fmt::format_to(std::back_inserter(text), " {:>23}", column.name);
   text += '\n';
   for (const ContactRow& row : table.rows) {
-    for (const Column& column : kColumns) fmt::format_to(std::back_inserter(text), " {:>23}", row.*column.value);
+    for (const ContactColumn& column : kContactColumns)
+      fmt::format_to(std::back_inserter(text), " {:>23}", row.*column.value);
     text += '\n';
   }
   // One set of rules for both ways: what cannot be read must not be written.
@@ -254,10 +231,6 @@ std::string FormatContactTable(const ContactTable& table) {
                                 error.what());
   }
   return text;
-}
-
-void WriteContactTable(const ContactTable& table, const std::filesystem::path& path) {
-  WriteFileWhole(path, FormatContactTable(table));
 }
 
 }  // namespace uiclink

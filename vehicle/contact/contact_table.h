@@ -1,5 +1,6 @@
 #pragma once
 
+#include <array>
 #include <filesystem>
 #include <string>
 #include <string_view>
@@ -36,6 +37,35 @@ struct ContactTable {
   std::vector<ContactRow> rows;
 };
 
+/// A column of the text file and of reports: the name of a member, and what its numbers must be.
+struct ContactColumn {
+  enum class Rule {
+    kAny,       ///< finite
+    kPositive,  ///< > 0
+    kAngle,     ///< between -pi/2 and pi/2 [rad]
+  };
+  std::string_view name;
+  double ContactRow::*value;
+  Rule rule;
+};
+inline constexpr std::array<ContactColumn, 15> kContactColumns{{
+    {"y", &ContactRow::y, ContactColumn::Rule::kAny},
+    {"a_wheel", &ContactRow::a_wheel, ContactColumn::Rule::kPositive},
+    {"a_rail", &ContactRow::a_rail, ContactColumn::Rule::kPositive},
+    {"r", &ContactRow::r, ContactColumn::Rule::kPositive},
+    {"z_rail", &ContactRow::z_rail, ContactColumn::Rule::kAny},
+    {"delta", &ContactRow::delta, ContactColumn::Rule::kAngle},
+    {"c11", &ContactRow::c11, ContactColumn::Rule::kPositive},
+    {"c22", &ContactRow::c22, ContactColumn::Rule::kPositive},
+    {"c23", &ContactRow::c23, ContactColumn::Rule::kAny},
+    {"a_e", &ContactRow::a_e, ContactColumn::Rule::kPositive},
+    {"b_e", &ContactRow::b_e, ContactColumn::Rule::kPositive},
+    {"q0", &ContactRow::q0, ContactColumn::Rule::kPositive},
+    {"n0", &ContactRow::n0, ContactColumn::Rule::kPositive},
+    {"z_lift", &ContactRow::z_lift, ContactColumn::Rule::kAny},
+    {"phi_roll", &ContactRow::phi_roll, ContactColumn::Rule::kAngle},
+}};
+
 /// Reads a contact table: `# key: value` lines (name, r0, shear_modulus), a header row with the names of the columns in
 /// any order, then rows. Everything is checked: every column once, finite numbers, rows by increasing y with at most
 /// two at one y, positive r, a_e, b_e, q0, n0, c11, c22.
@@ -44,8 +74,7 @@ ContactTable ReadContactTable(const std::filesystem::path& path);
 ContactTable ParseContactTable(std::string_view text, const std::string& file);
 
 /// The table as text that reads back bit by bit.
+/// @throws std::invalid_argument for a table that could not be read back.
 std::string FormatContactTable(const ContactTable& table);
-/// Writes it whole or not at all.
-void WriteContactTable(const ContactTable& table, const std::filesystem::path& path);
 
 }  // namespace uiclink

@@ -327,23 +327,33 @@ ElasticContact CalcElasticContact(const WheelsetOnRails& wheelset, const WheelPo
   // in height (S1002 has one of 0.1 um) the load has tiny steps too, and the second tolerance is what can be met.
   constexpr double kTolerance = 1e-11;
   constexpr double kToleranceAtStep = 1e-7;
+  constexpr double kStepWidth = 1e-10;  // of the logarithm
+  constexpr int kSecants = 19;          // that a smooth profile needs at most
   Overlap overlap(wheelset, pose, minima);
   double x = std::log(approach_guess);
   double slope = 1.5;
   double x_before = x;
   double excess_before = 0;
   double excess = 0;
-  for (int i = 0; i < 20; ++i) {
+  double below = -std::numeric_limits<double>::infinity(), above = -below;  // carries less, carries more
+  for (int i = 0; i < 60; ++i) {
     excess = std::log(material.contact_modulus() * overlap.Lower(std::exp(x)) / load);
+    if (!std::isfinite(excess)) break;
     if (std::abs(excess) < kTolerance) return overlap.Summarise(load);
+    (excess < 0 ? below : above) = x;
     if (i > 0 && x != x_before) slope = std::clamp((excess - excess_before) / (x - x_before), 1.0, 4.0);
     excess_before = excess;
     x_before = x;
     x -= excess / slope;
+    if (i < kSecants) continue;
+    // The load steps to and fro: a profile of points is no smooth curve. Halving ends at the step.
+    if (std::abs(excess) < kToleranceAtStep || above - below < kStepWidth) return overlap.Summarise(load);
+    if (std::isfinite(above - below)) x = 0.5 * (below + above);
   }
-  if (std::abs(excess) < kToleranceAtStep) return overlap.Summarise(load);
   throw std::domain_error(
-      fmt::format("CalcElasticContact: y = {} m, no approach carries {} N (off by {})", pose.y, load, excess));
+      fmt::format("elastic contact: at y = {:.6g} mm no approach carries {:g} N; points of a rough profile want "
+                  "smoothing (profile_smoothing_mm)",
+                  1e3 * pose.y, load));
 }
 
 }  // namespace uiclink

@@ -6,6 +6,7 @@
 #include <string_view>
 #include <utility>
 
+#include "data/file.h"
 #include "data/table.h"
 
 namespace uiclink {
@@ -67,29 +68,34 @@ int ReadRows(Table& file) {
 }  // namespace
 
 TrackGeometry ReadTrackGeometry(const std::filesystem::path& path) {
-  Table file = Table::Read(path);
+  return ParseTrackGeometry(ReadFileWhole(path), path);
+}
+
+TrackGeometry ParseTrackGeometry(std::string_view text, const std::filesystem::path& path) {
+  Table file = Table::Parse(text, path.string());
   const std::filesystem::path folder = path.parent_path();
-  const Range positive = Range::Positive("mm");
+  // From the narrowest to the widest tracks that there are, with room; a length in metres or inches is outside.
+  const Range across{.unit = "mm", .low = 300, .high = 3000};
   TrackGeometry geometry;
   geometry.name = file.String("name");
   geometry.source = file.String("source");
-  geometry.gauge = Millimetres(file, "gauge_mm", positive);
-  geometry.gauge_depth = Millimetres(file, "gauge_depth_mm", positive);
+  geometry.gauge = Millimetres(file, "gauge_mm", across);
+  geometry.gauge_depth = Millimetres(file, "gauge_depth_mm", {.unit = "mm", .low = 1, .high = 100});
   geometry.cant = file.Number("cant", {.unit = "-", .low = -0.2, .high = 0.2});
-  geometry.rail_offset = Millimetres(file, "rail_offset_mm", Range::Any("mm"));
-  geometry.back_to_back = Millimetres(file, "back_to_back_mm", positive);
-  geometry.tape_circle = Millimetres(file, "tape_circle_mm", positive);
-  geometry.r0 = Millimetres(file, "r0_mm", positive);
+  geometry.rail_offset = Millimetres(file, "rail_offset_mm", {.unit = "mm", .low = -100, .high = 100});
+  geometry.back_to_back = Millimetres(file, "back_to_back_mm", across);
+  geometry.tape_circle = Millimetres(file, "tape_circle_mm", {.unit = "mm", .low = 10, .high = 200});
+  geometry.r0 = Millimetres(file, "r0_mm", {.unit = "mm", .low = 100, .high = 2000});
   geometry.wheel = ResolveProfile(file, "wheel", folder);
   geometry.rail = ResolveProfile(file, "rail", folder);
   if (std::optional<Table> axes = file.OptionalTable("wheel_axes")) geometry.wheel_axes = ReadAxes(*axes);
   if (std::optional<Table> axes = file.OptionalTable("rail_axes")) geometry.rail_axes = ReadAxes(*axes);
   geometry.profile_smoothing = file.OptionalNumber("profile_smoothing_mm", Range::NotNegative("mm")).value_or(0) / 1e3;
   geometry.contact = ReadContactModel(file);
-  geometry.wheel_load = file.Number("wheel_load_N", Range::Positive("N"));
-  geometry.young = file.Number("young", Range::Positive("N/m^2"));
+  geometry.wheel_load = file.Number("wheel_load_N", {.unit = "N", .low = 1, .high = 1e7});
+  geometry.young = file.Number("young", {.unit = "N/m^2", .low = 1e8, .high = 1e13});
   geometry.poisson = file.Number("poisson", {.unit = "-", .low = 0, .high = 0.5});
-  geometry.y_max = Millimetres(file, "y_max_mm", positive);
+  geometry.y_max = Millimetres(file, "y_max_mm", {.unit = "mm", .low = 0.1, .high = 100});
   geometry.rows = ReadRows(file);
   file.Finish();
   return geometry;

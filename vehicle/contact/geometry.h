@@ -2,9 +2,8 @@
 
 #include <filesystem>
 #include <string>
-#include <vector>
+#include <string_view>
 
-#include "vehicle/contact/contact_table.h"
 #include "vehicle/contact/profile_file.h"
 
 namespace uiclink {
@@ -41,11 +40,10 @@ struct TrackGeometry {
   double shear_modulus() const { return young / (2 * (1 + poisson)); }
 };
 
-/// Reads data/geometry/NAME.toml. @throws InputError with all faults of the file.
+/// Reads data/geometry/NAME.toml; profiles that are files of points stand beside it.
+/// @throws InputError with all faults of the file.
 TrackGeometry ReadTrackGeometry(const std::filesystem::path& path);
-
-/// The contact table of a geometry. Deterministic.
-/// @throws std::invalid_argument when the wheelset does not fit between the rails.
-ContactTable CalcContactTable(const TrackGeometry& geometry);
+/// @param text the whole file at `path`, read already.
+TrackGeometry ParseTrackGeometry(std::string_view text, const std::filesystem::path& path);
 
 }  // namespace uiclink

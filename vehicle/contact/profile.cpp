@@ -167,12 +167,6 @@ Profile::Profile(std::string name, std::vector<ProfilePiece> pieces)
     if (!(pieces_[i].y_begin() < pieces_[i].y_end()) || (i > 0 && pieces_[i].y_begin() != pieces_[i - 1].y_end())) {
       throw std::invalid_argument("profile " + name_ + ": its pieces do not follow each other");
     }
-    if (i == 0) continue;
-    const double y = pieces_[i].y_begin();
-    joints_.push_back(y);
-    const ProfilePoint below = pieces_[i - 1].Eval(y);
-    const ProfilePoint above = pieces_[i].Eval(y);
-    if (std::abs(below.z - above.z) > 1e-10 || std::abs(below.slope - above.slope) > 1e-9) kinks_.push_back(y);
   }
   const std::size_t cells = 4 * pieces_.size();
   cells_per_metre_ = static_cast<double>(cells) / (y_max() - y_min());

@@ -83,10 +83,6 @@ class Profile {
   double y_max() const { return pieces_.back().y_end(); }
   bool Contains(double y) const { return y >= y_min() && y <= y_max(); }
   const std::vector<ProfilePiece>& pieces() const { return pieces_; }
-  /// Where pieces meet, without the two ends, increasing.
-  const std::vector<double>& joints() const { return joints_; }
-  /// Those joints where height or slope steps by more than rounding (1e-10 m, 1e-9).
-  const std::vector<double>& kinks() const { return kinks_; }
 
   /// @param y within [y_min, y_max]; elsewhere all members are NaN.
   /// @param side the limit taken at a joint; without meaning elsewhere.
@@ -114,8 +110,6 @@ class Profile {
 
   std::string name_;
   std::vector<ProfilePiece> pieces_;
-  std::vector<double> joints_;
-  std::vector<double> kinks_;
   std::vector<std::size_t> first_piece_;  ///< by equal cells over [y_min, y_max], so that finding a piece is O(1)
   double cells_per_metre_ = 0;
 };

@@ -19,9 +19,10 @@ namespace uiclink {
 namespace {
 
 constexpr std::size_t kFewestPoints = 10;
-constexpr double kSamePoint = 1e-6;      // [m] closer points are one: the rounding of a file would be a slope there
-constexpr double kSteepOverhang = 3;     // |dz/dy| from which on a step back in y is an overhang, not a bad point
-constexpr double kLargestMeasure = 0.5;  // [m] no wheel or rail head is wider
+constexpr double kSamePoint = 1e-6;        // [m] closer points are one: the rounding of a file would be a slope there
+constexpr double kSteepOverhang = 3;       // |dz/dy| from which on a step back in y is an overhang, not a bad point
+constexpr double kSmallestMeasure = 0.02;  // [m] no tread is narrower
+constexpr double kLargestMeasure = 0.5;    // [m] no wheel or rail head is wider
 
 struct FilePoint {
   double y, z;
@@ -60,6 +61,7 @@ class PointReader {
   PointReader(const std::string& file, ProfileKind kind, bool simpack) : file_(file), kind_(kind), simpack_(simpack) {}
 
   void Read(std::string_view text) {
+    if (text.starts_with("\xef\xbb\xbf")) text.remove_prefix(3);
     for (int line = 1; !text.empty(); ++line) {
       const std::size_t end = std::min(text.find('\n'), text.size());
       const std::string_view whole = text.substr(0, end);
@@ -76,6 +78,12 @@ class PointReader {
     }
     if (points_.size() < kFewestPoints) {
       throw InputError(file_, 0, fmt::format("expected at least {} points, found {}", kFewestPoints, points_.size()));
+    }
+    const auto [first, last] = std::ranges::minmax_element(points_, {}, &FilePoint::y);
+    if (const double width = last->y - first->y; width < kSmallestMeasure) {
+      throw InputError(file_, 0,
+                       fmt::format("expected a profile at least {:g} mm wide, found {:.3g} mm (lengths are in mm)",
+                                   1e3 * kSmallestMeasure, 1e3 * width));
     }
   }
 
@@ -170,10 +178,13 @@ void OrientAxes(std::vector<FilePoint>& points, ProfileKind kind, const ProfileA
 
 /// Points by strictly increasing y from the middle of the curve to both ends, up to where it overhangs.
 ProfilePoints FollowCurve(const std::vector<FilePoint>& points, const std::string& file) {
-  std::size_t steps_ahead = 0;
-  for (std::size_t i = 1; i < points.size(); ++i) steps_ahead += points[i].y > points[i - 1].y ? 1 : 0;
+  std::size_t steps_ahead = 0, steps_back = 0;  // points may stand twice
+  for (std::size_t i = 1; i < points.size(); ++i) {
+    steps_ahead += points[i].y > points[i - 1].y ? 1 : 0;
+    steps_back += points[i].y < points[i - 1].y ? 1 : 0;
+  }
   std::vector<FilePoint> ordered = points;
-  if (2 * steps_ahead < points.size()) std::reverse(ordered.begin(), ordered.end());
+  if (steps_ahead < steps_back) std::reverse(ordered.begin(), ordered.end());
 
   const auto overhangs = [&](const FilePoint& from, const FilePoint& to) {
     const double dy = std::abs(to.y - from.y);
