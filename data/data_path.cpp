@@ -56,8 +56,14 @@ fs::path FindDataFile(std::string_view subfolder, const std::string& text) {
   if (!text.empty() && fs::exists(path, ignored) && !fs::is_directory(path, ignored)) return path;
   std::string names;
   for (const std::string& name : DataNames(subfolder)) names += (names.empty() ? "" : ", ") + name;
+  const std::string expected =
+      names.empty() ? "a file (the folder " + (DataFolder() / subfolder).string() + " of data files has none)"
+                    : "a file or one of " + names;
   throw InputError(text.empty() ? "\"\"" : text, 0,
-                   "expected a file or one of " + names + ", found " + (IsFolder(path) ? "a folder" : "neither"));
+                   "expected " + expected + ", found " +
+                       (IsFolder(path)  ? "a folder"
+                        : names.empty() ? "none"
+                                        : "neither"));
 }
 
 }  // namespace uiclink

@@ -54,6 +54,13 @@ TEST_F(DataPath, WhatLooksLikeAPathIsOne) {
   EXPECT_EQ(FindDataFile("parameter_sets", "/dev/null"), "/dev/null") << "a pipe would do";
 }
 
+TEST_F(DataPath, SaysWhereNoNameIs) {
+  folder_.Write("wagons/one.toml", "");
+  setenv("UICLINK_DATA", folder_.path().c_str(), 1);
+  EXPECT_THAT(Fault("set1"), testing::HasSubstr("expected a file (the folder " + folder_.path().string() +
+                                                "/parameter_sets of data files has none), found none"));
+}
+
 TEST_F(DataPath, SaysWhichNamesThereAre) {
   folder_.Write("parameter_sets/set1.toml", "");
   folder_.Write("parameter_sets/set2.toml", "");
