@@ -331,7 +331,7 @@ TEST_F(WagonBadInput, AResultThatFindsNoRoomIsNoSuccess) {
   if (!std::filesystem::exists("/dev/full")) GTEST_SKIP() << "no /dev/full";
   for (const char* command : {"inertia", "contact --json -"}) {
     const ProgramResult result = RunProgram(
-        {"/bin/sh", "-c", std::string(UICLINK_WAGON) + " " + command + " > /dev/full"}, {.folder = Folder()});
+        {"/bin/sh", "-c", "'" UICLINK_WAGON "' " + std::string(command) + " > /dev/full"}, {.folder = Folder()});
     EXPECT_EQ(result.exit_code, 2);
     EXPECT_EQ(result.err, "standard output: expected room for the result, found none\n");
   }
