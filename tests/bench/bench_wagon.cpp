@@ -188,12 +188,11 @@ void Register() {
   for (const Named& one : {Named{"smooth", &Smooth}, Named{"rigid", &Rigid}, Named{"elastic", &Elastic}}) {
     const std::string name = one.name;
     add(name + "/default", &BM_Hunting, one.get, std::string(), 0.0);
-    add(name + "/tolerance_1e-6", &BM_Hunting, one.get, std::string(), 1e-6);
+    add(name + "/seven_stages_1e-7", &BM_Hunting, one.get, std::string("UICLINK_STABLE_7_3_4"), 1e-7);
     add(name + "/eight_stages_1e-7", &BM_Hunting, one.get, std::string("UICLINK_STABLE_8_3_4"), 1e-7);
     add(name + "/bogacki_shampine_1e-7", &BM_Hunting, one.get, std::string("ARKODE_BOGACKI_SHAMPINE_4_2_3"), 1e-7);
     add(name + "/dormand_prince_1e-7", &BM_Hunting, one.get, std::string("ARKODE_DORMAND_PRINCE_7_4_5"), 1e-7);
     add(name + "/zonneveld_2e-6", &BM_Hunting, one.get, std::string("ARKODE_ZONNEVELD_5_3_4"), 2e-6);
-    add(name + "/zonneveld_1e-6", &BM_Hunting, one.get, std::string("ARKODE_ZONNEVELD_5_3_4"), 1e-6);
     for (const double rtol : {1e-7, 1e-9}) {
       const std::string at = rtol == 1e-7 ? "_1e-7" : "_1e-9";
       add(name + "/bdf_differences" + at, &BM_Bdf, one.get, JacobianKind::kDifferences, rtol);
