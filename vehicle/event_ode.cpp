@@ -4,28 +4,13 @@
 #include <nvector/nvector_serial.h>
 
 #include <algorithm>
-#include <memory>
 #include <stdexcept>
 #include <string>
-#include <type_traits>
+
+#include "vehicle/sundials_memory.h"
 
 namespace uiclink {
 namespace {
-
-/// What SUNDIALS makes, with the function that frees it.
-struct Free {
-  void operator()(SUNContext context) const { SUNContext_Free(&context); }
-  void operator()(N_Vector vector) const { N_VDestroy(vector); }
-  void operator()(void* arkode) const { ERKStepFree(&arkode); }
-};
-template <typename Handle>
-using Owner = std::unique_ptr<std::remove_pointer_t<Handle>, Free>;
-
-Owner<SUNContext> MakeContext() {
-  SUNContext context = nullptr;
-  if (SUNContext_Create(nullptr, &context) != 0) throw std::runtime_error("SolveEventOde: no SUNDIALS context");
-  return Owner<SUNContext>(context);
-}
 
 class Run {
  public:
@@ -100,7 +85,7 @@ class Run {
   }
 
   const EventOde& ode_;
-  Owner<SUNContext> context_ = MakeContext();
+  Owner<SUNContext> context_ = MakeSundialsContext();
   Owner<N_Vector> y_, atol_;
   Owner<void*> arkode_;
   std::vector<int> crossed_;

@@ -6,6 +6,7 @@
 #include <cstdint>
 
 #include "model/scalar.h"
+#include "vehicle/lanes.h"
 #include "vehicle/wagon_data.h"
 
 namespace uiclink {
@@ -35,9 +36,12 @@ T CalcStopForce(const GuidanceStop& stop, int side, const T& d) {
   if (side == 0) return T(0);
   return (-stop.k * side) * CalcPenetration(stop, side, d);
 }
-template <typename T>
-T CalcStopForce(const GuidanceStop& stop, const T& d) {
-  return CalcStopForce(stop, TouchedSide(stop, d), d);
+/// The side found out from d. V is a scalar or Lanes.
+template <typename V>
+[[gnu::always_inline]] inline V CalcStopForce(const GuidanceStop& stop, const V& d) {
+  const V zero(0.0);
+  const V beyond = Choose(d < zero, d + stop.clearance, d - stop.clearance);
+  return -(stop.k * Choose(d * d < V(stop.clearance * stop.clearance), zero, beyond));
 }
 
 /// The longitudinal forces of chapter 6.

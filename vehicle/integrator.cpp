@@ -10,30 +10,14 @@
 #include <limits>
 #include <numeric>
 #include <stdexcept>
-#include <type_traits>
 #include <vector>
 
 #include "vehicle/runge_kutta.h"
+#include "vehicle/sundials_memory.h"
 #include "vehicle/sundials_vector.h"
 
 namespace uiclink {
 namespace {
-
-/// What SUNDIALS makes, with the function that frees it.
-struct Free {
-  void operator()(SUNContext context) const { SUNContext_Free(&context); }
-  void operator()(N_Vector vector) const { N_VDestroy(vector); }
-  void operator()(ARKodeButcherTable table) const { ARKodeButcherTable_Free(table); }
-  void operator()(void* arkode) const { ERKStepFree(&arkode); }
-};
-template <typename Handle>
-using Owner = std::unique_ptr<std::remove_pointer_t<Handle>, Free>;
-
-Owner<SUNContext> MakeContext() {
-  SUNContext context = nullptr;
-  if (SUNContext_Create(nullptr, &context) != 0) throw std::runtime_error("Integrator: no SUNDIALS context");
-  return Owner<SUNContext>(context);
-}
 
 double* Data(N_Vector vector) { return N_VGetArrayPointer(vector); }
 
@@ -469,7 +453,7 @@ class Integrator::Impl {
   std::array<Guard, kMaxGuards> guards_{};
   std::size_t guard_count_ = 0;
 
-  Owner<SUNContext> context_ = MakeContext();
+  Owner<SUNContext> context_ = MakeSundialsContext();
   Owner<N_Vector> y_, interpolated_;
   Owner<ARKodeButcherTable> table_;
   Owner<void*> arkode_;

@@ -15,7 +15,10 @@ namespace uiclink {
 class Lanes {
  public:
   using Vector = double __attribute__((vector_size(32)));
-  using Mask = decltype(Vector{} < Vector{});
+  /// True or false for each lane.
+  struct Mask {
+    decltype(Vector{} < Vector{}) v;
+  };
 
   Lanes() = default;
   [[gnu::always_inline]] Lanes(double same)
@@ -30,21 +33,21 @@ class Lanes {
   [[gnu::always_inline]] friend Lanes operator*(const Lanes& a, const Lanes& b) { return Make(a.v_ * b.v_); }
   [[gnu::always_inline]] friend Lanes operator/(const Lanes& a, const Lanes& b) { return Make(a.v_ / b.v_); }
   [[gnu::always_inline]] friend Lanes operator-(const Lanes& a) { return Make(-a.v_); }
-  [[gnu::always_inline]] friend Mask operator<(const Lanes& a, const Lanes& b) { return a.v_ < b.v_; }
+  [[gnu::always_inline]] friend Mask operator<(const Lanes& a, const Lanes& b) { return {a.v_ < b.v_}; }
   /// Rows become columns.
   [[gnu::always_inline]] static void Transpose(Lanes* a, Lanes* b, Lanes* c, Lanes* d) {
-    const Vector ab_even = Shuffle(a->v_, b->v_, Order{0, 4, 2, 6});
-    const Vector ab_odd = Shuffle(a->v_, b->v_, Order{1, 5, 3, 7});
-    const Vector cd_even = Shuffle(c->v_, d->v_, Order{0, 4, 2, 6});
-    const Vector cd_odd = Shuffle(c->v_, d->v_, Order{1, 5, 3, 7});
-    a->v_ = Shuffle(ab_even, cd_even, Order{0, 1, 4, 5});
-    b->v_ = Shuffle(ab_odd, cd_odd, Order{0, 1, 4, 5});
-    c->v_ = Shuffle(ab_even, cd_even, Order{2, 3, 6, 7});
-    d->v_ = Shuffle(ab_odd, cd_odd, Order{2, 3, 6, 7});
+    const Lanes ab_even = Shuffle(*a, *b, Order{0, 4, 2, 6});
+    const Lanes ab_odd = Shuffle(*a, *b, Order{1, 5, 3, 7});
+    const Lanes cd_even = Shuffle(*c, *d, Order{0, 4, 2, 6});
+    const Lanes cd_odd = Shuffle(*c, *d, Order{1, 5, 3, 7});
+    *a = Shuffle(ab_even, cd_even, Order{0, 1, 4, 5});
+    *b = Shuffle(ab_odd, cd_odd, Order{0, 1, 4, 5});
+    *c = Shuffle(ab_even, cd_even, Order{2, 3, 6, 7});
+    *d = Shuffle(ab_odd, cd_odd, Order{2, 3, 6, 7});
   }
   /// a where the mask holds, b elsewhere.
   [[gnu::always_inline]] friend Lanes Choose(const Mask& mask, const Lanes& a, const Lanes& b) {
-    return Make(mask ? a.v_ : b.v_);
+    return Make(mask.v ? a.v_ : b.v_);
   }
   [[gnu::always_inline]] friend Lanes SafeSqrt(const Lanes& a) {
     return {std::sqrt(a.v_[0]), std::sqrt(a.v_[1]), std::sqrt(a.v_[2]), std::sqrt(a.v_[3])};
@@ -53,14 +56,16 @@ class Lanes {
  private:
   using Order = long long __attribute__((vector_size(32)));
   /// Element i is number order[i] of a, b put end to end.
-  [[gnu::always_inline]] static Vector Shuffle(const Vector& a, const Vector& b, const Order& order) {
+  [[gnu::always_inline]] static Lanes Shuffle(const Lanes& a, const Lanes& b, const Order& order) {
 #if defined(__clang__)
-    Vector v;
-    for (std::size_t i = 0; i < 4; ++i)
-      v[i] = order[i] < 4 ? a[static_cast<std::size_t>(order[i])] : b[static_cast<std::size_t>(order[i] - 4)];
-    return v;
+    Lanes lanes;
+    for (std::size_t i = 0; i < 4; ++i) {
+      const auto from = static_cast<std::size_t>(order[i]);
+      lanes.v_[i] = from < 4 ? a[from] : b[from - 4];
+    }
+    return lanes;
 #else
-    return __builtin_shuffle(a, b, order);
+    return Make(__builtin_shuffle(a.v_, b.v_, order));
 #endif
   }
   [[gnu::always_inline]] static Lanes Make(const Vector& v) {
@@ -71,7 +76,8 @@ class Lanes {
   Vector v_;
 };
 
-// The same for scalars with derivatives, so that one formula serves both.
+// The same for numbers and for scalars with derivatives, so that one formula serves all.
+inline double Choose(bool condition, double a, double b) { return condition ? a : b; }
 template <int N>
 Dual<N> Choose(bool condition, const Dual<N>& a, const Dual<N>& b) {
   return condition ? a : b;

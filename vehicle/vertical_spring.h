@@ -4,19 +4,20 @@
 #include <numbers>
 
 #include "model/scalar.h"
+#include "vehicle/lanes.h"
 #include "vehicle/wagon_data.h"
 
 namespace uiclink {
 
 // Vertical springs (chapter 5). s [m] is the compression from the unloaded length, s_rate = s' [m/s]; F [N] > 0 pushes
 // the ends apart. None of them knows that a wheel can leave the rail or that a buckle has a stop: s < 0 pulls.
-// T is double or Dual<N>. No function allocates.
+// T is double or Dual<N>, V one of them or Lanes: four springs at once. No function allocates.
 
 // --- linear ---
 
 /// F = k s + d s'.
-template <typename T>
-T CalcSpringForce(const LinearSpring& spring, const T& s, const T& s_rate) {
+template <typename V>
+[[gnu::always_inline]] inline V CalcSpringForce(const LinearSpring& spring, const V& s, const V& s_rate) {
   return spring.k * s + spring.d * s_rate;
 }
 
@@ -44,9 +45,10 @@ T CalcStaticForce(const ParabolicSpring& spring, SpringStage stage, const T& s) 
   if (stage == SpringStage::kMainLeaf) return spring.k1() * s;
   return spring.F0 + spring.k2 * (s - spring.s0);
 }
-template <typename T>
-T CalcStaticForce(const ParabolicSpring& spring, const T& s) {
-  return CalcStaticForce(spring, StageOf(spring, s), s);
+/// The stage found out from s.
+template <typename V>
+[[gnu::always_inline]] inline V CalcStaticForce(const ParabolicSpring& spring, const V& s) {
+  return Choose(s < V(spring.s0), spring.k1() * s, spring.F0 + spring.k2 * (s - spring.s0));
 }
 
 /// (5.1): static force + d s'. @param d  damping [N s/m], see DampingOf.
@@ -54,9 +56,9 @@ template <typename T>
 T CalcSpringForce(const ParabolicSpring& spring, double d, SpringStage stage, const T& s, const T& s_rate) {
   return CalcStaticForce(spring, stage, s) + d * s_rate;
 }
-template <typename T>
-T CalcSpringForce(const ParabolicSpring& spring, double d, const T& s, const T& s_rate) {
-  return CalcSpringForce(spring, d, StageOf(spring, s), s, s_rate);
+template <typename V>
+[[gnu::always_inline]] inline V CalcSpringForce(const ParabolicSpring& spring, double d, const V& s, const V& s_rate) {
+  return CalcStaticForce(spring, s) + d * s_rate;
 }
 
 /// The damping of a run is fixed before it: that of the loaded wagon where its static load engages the supplementary
@@ -99,9 +101,12 @@ T CalcLeafRate(const LeafSpring& spring, bool loading, const T& F, const T& s, c
   const T travel = loading ? s_rate : T(-s_rate);
   return (CalcEnvelope(spring, loading, s) - F) * travel / spring.beta;
 }
-template <typename T>
-T CalcLeafRate(const LeafSpring& spring, const T& F, const T& s, const T& s_rate) {
-  return CalcLeafRate(spring, Value(s_rate) >= 0, F, s, s_rate);
+/// The direction found out from s'.
+template <typename V>
+[[gnu::always_inline]] inline V CalcLeafRate(const LeafSpring& spring, const V& F, const V& s, const V& s_rate) {
+  const V loading = (spring.c * (1 + spring.mu0)) * s + spring.F_r - F;
+  const V unloading = F - ((spring.c * (1 - spring.mu0)) * s - spring.F_r);
+  return Choose(V(0.0) < s_rate, loading, unloading) * s_rate * (1 / spring.beta);
 }
 
 /// The force after a one-way travel from (s_start, F_start) to s, exactly. With E the envelope of that direction, E'

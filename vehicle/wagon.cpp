@@ -57,6 +57,7 @@ Wagon::Wagon(const WagonData& data, const BodyInertia& inertia, bool loaded,
     longitudinal[i] = Link(springs_only ? WithoutSliders(set.longitudinal) : set.longitudinal, set.g, corner.load);
     lateral[i] = Link(springs_only ? WithoutSliders(set.lateral) : set.lateral, set.g, corner.load);
     all_links_affine_ = all_links_affine_ && longitudinal[i].is_affine() && lateral[i].is_affine();
+    fixed_.e_b[i] = SideOf(i) * b;
     fixed_.X[i] = corner.X;
     fixed_.Y[i] = corner.Y;
     fixed_.s_eq[i] = corner.s_eq;
@@ -68,7 +69,6 @@ Wagon::Wagon(const WagonData& data, const BodyInertia& inertia, bool loaded,
   fixed_.per_m_c = 1 / body.m;
   fixed_.per_I_cx = 1 / body.I_x;
   fixed_.per_I_cz = 1 / body.I_z;
-  fixed_.k1 = parabolic.k1();
 }
 
 }  // namespace uiclink

@@ -80,10 +80,9 @@ class Wagon {
 
   /// What follows from all this, in the form that the right-hand side wants.
   struct Fixed {
-    alignas(32) std::array<double, kCorners> X{}, Y{}, s_eq{};
+    alignas(32) std::array<double, kCorners> e_b{}, X{}, Y{}, s_eq{};
     double per_m_w = 0, per_I_wx = 0, per_I_wy = 0, per_I_wz = 0;  ///< 1 / mass or inertia of a wheelset
     double per_m_c = 0, per_I_cx = 0, per_I_cz = 0;                ///< ... of the body
-    double k1 = 0;                                                 ///< of the parabolic spring [N/m]
   };
   const Fixed& fixed() const { return fixed_; }
 
@@ -113,24 +112,40 @@ struct CornerDeflection {
   T s{}, vs{};   ///< compression of the vertical spring and its rate
 };
 
+/// What of a corner's place is constant, for one corner (double) or for four at once.
+template <typename K>
+struct CornerPlace {
+  K e_b;   ///< lateral arm on the wheelset, + left [m]
+  K X, Y;  ///< arms from the body's centre of mass [m]
+  K s_eq;  ///< compression of the spring in the static position [m]
+};
+
 /// dx = x - e b psi_w + Y psi_c,  dy = y_w - (y_c + X psi_c + h phi_c),  s = s_eq + z_w + e b phi_w - (z_c + Y phi_c);
 /// e = +1 left, -1 right; X, Y arms of the corner from the body's centre of mass.
+/// @param axle, car  give the motions of the corner's wheelset and of the body by their index.
+template <typename V, typename K, typename Axle, typename Car>
+[[gnu::always_inline]] inline CornerDeflection<V> CalcDeflection(const CornerPlace<K>& at, double h, const Axle& axle,
+                                                                 const Car& car) {
+  return {.dx = axle(wheelset::kX) - at.e_b * axle(wheelset::kPsi) + at.Y * car(body::kPsi),
+          .vx = axle(wheelset::kXRate) - at.e_b * axle(wheelset::kPsiRate) + at.Y * car(body::kPsiRate),
+          .dy = axle(wheelset::kY) - (car(body::kY) + at.X * car(body::kPsi) + h * car(body::kPhi)),
+          .vy = axle(wheelset::kYRate) - (car(body::kYRate) + at.X * car(body::kPsiRate) + h * car(body::kPhiRate)),
+          .s = at.s_eq + axle(wheelset::kZ) + at.e_b * axle(wheelset::kPhi) - (car(body::kZ) + at.Y * car(body::kPhi)),
+          .vs = axle(wheelset::kZRate) + at.e_b * axle(wheelset::kPhiRate) -
+                (car(body::kZRate) + at.Y * car(body::kPhiRate))};
+}
+
+inline CornerPlace<double> PlaceOf(const Wagon& wagon, std::size_t corner) {
+  const Wagon::Corner& at = wagon.corners[corner];
+  return {.e_b = SideOf(corner) * wagon.b, .X = at.X, .Y = at.Y, .s_eq = at.s_eq};
+}
+
 template <typename T>
 CornerDeflection<T> CalcDeflection(const Wagon& wagon, const StateVector<T>& x, std::size_t corner) {
-  const std::size_t w = AxleOf(corner) * wheelset::kSize;
-  const double e_b = SideOf(corner) * wagon.b;
-  const Wagon::Corner& at = wagon.corners[corner];
-  const double h = wagon.body.h;
-  const auto wheel = [&](std::size_t i) -> const T& { return x[w + i]; };
-  const auto car = [&](std::size_t i) -> const T& { return x[kBody + i]; };
-  CornerDeflection<T> d;
-  d.dx = wheel(wheelset::kX) - e_b * wheel(wheelset::kPsi) + at.Y * car(body::kPsi);
-  d.vx = wheel(wheelset::kXRate) - e_b * wheel(wheelset::kPsiRate) + at.Y * car(body::kPsiRate);
-  d.dy = wheel(wheelset::kY) - (car(body::kY) + at.X * car(body::kPsi) + h * car(body::kPhi));
-  d.vy = wheel(wheelset::kYRate) - (car(body::kYRate) + at.X * car(body::kPsiRate) + h * car(body::kPhiRate));
-  d.s = at.s_eq + wheel(wheelset::kZ) + e_b * wheel(wheelset::kPhi) - (car(body::kZ) + at.Y * car(body::kPhi));
-  d.vs = wheel(wheelset::kZRate) + e_b * wheel(wheelset::kPhiRate) - (car(body::kZRate) + at.Y * car(body::kPhiRate));
-  return d;
+  const std::size_t wheelset_begin = AxleOf(corner) * wheelset::kSize;
+  return CalcDeflection<T>(
+      PlaceOf(wagon, corner), wagon.body.h, [&](std::size_t i) -> const T& { return x[wheelset_begin + i]; },
+      [&](std::size_t i) -> const T& { return x[kBody + i]; });
 }
 
 }  // namespace uiclink

@@ -3,7 +3,10 @@
 #include <cmath>
 #include <type_traits>
 
+#include "vehicle/guidance.h"
 #include "vehicle/lanes.h"
+#include "vehicle/vertical_spring.h"
+#include "vehicle/wheel_force.h"
 
 // The rate is compiled twice, for processors with and without vectors of four doubles, and chosen when the program is
 // loaded. Both give the same numbers (lanes.h).
@@ -16,124 +19,7 @@
 namespace uiclink {
 namespace {
 
-// V is Lanes (four corners at once) or a scalar (one corner). Every formula below is written for the left side; the
-// right one is its mirror image: y, phi, psi and their rates change sign on the way in, lateral forces and moments
-// about x and z on the way out.
-
-/// A wheelset as the left wheel sees it, or as the right one sees it in the mirror.
-template <typename V>
-struct WheelsetMotion {
-  V vx, y, vy, z, vz, phi, vphi, sin_phi, cos_phi, pitch_rate, psi, vpsi;
-};
-
-/// Force at a wheel or corner on the wheelset (track frame) and its moment about the wheelset's centre (wheelset
-/// frame).
-template <typename V>
-struct Resultant {
-  V x, y, z, roll, pitch, yaw;
-};
-
-template <typename V>
-struct WheelForces {
-  V q, N, F_x, F_y, xi_x, xi_y, xi_s;
-  Resultant<V> total;
-};
-
-/// Sine and cosine of the roll of a wheelset by their series: to the last digit up to 0.1 rad, more than any table has.
-template <typename V>
-struct SineCosine {
-  V sine, cosine;
-};
-template <typename V>
-[[gnu::always_inline]] inline SineCosine<V> CalcSineCosine(const V& x) {
-  const V x2 = x * x;
-  return {x * (1.0 + x2 * (-1.0 / 6 + x2 * (1.0 / 120 + x2 * (-1.0 / 5040 + x2 * (1.0 / 362880))))),
-          1.0 + x2 * (-0.5 + x2 * (1.0 / 24 + x2 * (-1.0 / 720 + x2 * (1.0 / 40320 - x2 * (1.0 / 3628800)))))};
-}
-
-struct Settings {
-  double per_V;
-  double mu;
-  bool printed_roll;
-};
-
-/// (3.1) to (3.3) and appendices C, D.  q: approach [m].
-template <typename V>
-[[gnu::always_inline]] inline WheelForces<V> CalcWheel(const WheelsetMotion<V>& m, const WheelContact<V>& c,
-                                                       const V& approach, const Settings& settings) {
-  WheelForces<V> f;
-  const V zero(0.0);
-  f.q = approach;
-  const V q = Choose(zero < approach, approach, zero);
-  const V root = SafeSqrt(q);
-  const V q_root = q * root;
-  f.N = c.n * q_root;
-
-  f.xi_x = 1.0 + (m.vx - c.r * m.pitch_rate - c.a * m.vpsi) * settings.per_V;
-  f.xi_y = ((m.vy + c.r * m.vphi) * settings.per_V - m.psi) * c.cos_delta +
-           (m.vz + c.a * m.vphi) * settings.per_V * c.sin_delta;
-  f.xi_s = (m.vpsi * c.cos_delta - m.pitch_rate * c.sin_delta) * settings.per_V;
-
-  // Kalker's linear forces, then the saturation of Shen, Hedrick and Elkins. No force is below 1e-30 N.
-  const V linear_x = -(c.f11 * q * f.xi_x);
-  const V linear_y = -(c.f22 * q * f.xi_y + c.f23 * q_root * f.xi_s);
-  const V limit = settings.mu * f.N + 1e-30;
-  const V u = SafeSqrt(linear_x * linear_x + linear_y * linear_y) / limit;
-  const V eps = Choose(u < V(3.0), 1.0 + u * (u * (1.0 / 27) - 1.0 / 3), 1.0 / (u + 1e-30));
-  f.F_x = eps * linear_x;
-  f.F_y = eps * linear_y;
-
-  const V C_y = c.cos_delta * f.F_y - c.sin_delta * f.N;
-  const V C_z = c.sin_delta * f.F_y + c.cos_delta * f.N;
-  f.total.x = f.F_x - m.psi * C_y;
-  f.total.y = m.psi * f.F_x + m.cos_phi * C_y - m.sin_phi * C_z;
-  f.total.z = m.sin_phi * C_y + m.cos_phi * C_z;
-  f.total.roll = settings.printed_roll ? c.a * C_z : c.a * C_z + c.r * C_y;
-  f.total.pitch = -(c.r * f.F_x);
-  f.total.yaw = -(c.a * f.F_x);
-  return f;
-}
-
-/// The approach from the touching height: the point (a, -r) of the wheel moves by phi - phi_k about the wheelset's
-/// centre and by z - z_k with it, seen along the contact's normal.
-template <typename V>
-[[gnu::always_inline]] inline V CalcApproach(const WheelsetMotion<V>& m, const WheelContact<V>& c,
-                                             const KinematicPose<V>& k) {
-  return (m.phi - k.phi) * (c.r * c.sin_delta - c.a * c.cos_delta) -
-         (m.z - k.z) * (c.cos_delta * m.cos_phi - c.sin_delta * m.sin_phi);
-}
-
-/// The approach as appendix E prints it; q0 of the table and a_rail at the wheelset's displacement.
-template <typename V>
-[[gnu::always_inline]] inline V CalcPrintedApproach(const WheelsetMotion<V>& m, const WheelContact<V>& c, const V& q0,
-                                                    const V& a_rail) {
-  const V sine = c.sin_delta * m.cos_phi + c.cos_delta * m.sin_phi;
-  const V cosine = c.cos_delta * m.cos_phi - c.sin_delta * m.sin_phi;
-  return q0 - (a_rail - m.y - c.a - m.phi * c.r) * sine - (m.z + m.phi * c.a) * cosine;
-}
-
-template <typename V>
-[[gnu::always_inline]] inline void AddShare(const V& share, const V& a, V* b) {
-  *b = *b + share * (a - *b);
-}
-
-/// The load goes over from contact b to contact a.
-template <typename V>
-[[gnu::always_inline]] inline void Blend(const V& share, const WheelForces<V>& a, WheelForces<V>* b) {
-  AddShare(share, a.q, &b->q);
-  AddShare(share, a.N, &b->N);
-  AddShare(share, a.F_x, &b->F_x);
-  AddShare(share, a.F_y, &b->F_y);
-  AddShare(share, a.xi_x, &b->xi_x);
-  AddShare(share, a.xi_y, &b->xi_y);
-  AddShare(share, a.xi_s, &b->xi_s);
-  AddShare(share, a.total.x, &b->total.x);
-  AddShare(share, a.total.y, &b->total.y);
-  AddShare(share, a.total.z, &b->total.z);
-  AddShare(share, a.total.roll, &b->total.roll);
-  AddShare(share, a.total.pitch, &b->total.pitch);
-  AddShare(share, a.total.yaw, &b->total.yaw);
-}
+// Wheels and corners are computed as on the left side (wheel_force.h).
 
 // ---------------------------------------------------------------------------------------------------------------------
 // Four corners at once for double, one after the other for scalars with derivatives.
@@ -200,82 +86,46 @@ struct CornerTotals {
   V leaf_rate;
 };
 
-/// Constants of a corner, for all four or for one.
-template <typename V>
-struct CornerConstants {
-  V X, Y, s_eq, side;
-};
-
-template <typename V>
-[[gnu::always_inline]] inline V CalcGuide(const GuidanceStop& stop, const V& d) {
-  const V zero(0.0);
-  const V beyond = Choose(d < zero, d + stop.clearance, d - stop.clearance);
-  const V inside_or_beyond = Choose(d * d < V(stop.clearance * stop.clearance), zero, beyond);
-  return -(stop.k * inside_or_beyond);
-}
-
 /// Force of the vertical spring, > 0 in compression, and the rate of a leaf spring's force.
 template <typename V>
 [[gnu::always_inline]] inline void CalcSpring(const Wagon& w, const V& s, const V& vs, const V& leaf_force, V* force,
                                               V* leaf_rate) {
   switch (w.options.suspension) {
     case Suspension::kLinear:
-      *force = w.linear.k * s + w.linear.d * vs;
+      *force = CalcSpringForce(w.linear, s, vs);
       break;
-    case Suspension::kParabolic: {
-      const ParabolicSpring& p = w.parabolic;
-      *force = Choose(s < V(p.s0), w.fixed().k1 * s, p.F0 + p.k2 * (s - p.s0)) + w.parabolic_damping * vs;
+    case Suspension::kParabolic:
+      *force = CalcSpringForce(w.parabolic, w.parabolic_damping, s, vs);
       break;
-    }
-    case Suspension::kLeaf: {
-      const V zero(0.0);
-      const LeafSpring& l = w.leaf;
-      const V loading = (l.c * (1 + l.mu0)) * s + l.F_r;
-      const V unloading = (l.c * (1 - l.mu0)) * s - l.F_r;
+    case Suspension::kLeaf:
       *force = leaf_force;
-      *leaf_rate = Choose(zero < vs, loading - leaf_force, leaf_force - unloading) * vs * (1 / l.beta);
+      *leaf_rate = CalcLeafRate(w.leaf, leaf_force, s, vs);
       break;
-    }
   }
 }
 
-template <typename V>
-struct Deflection {
-  V dx, vx, dy, vy, s, vs;
-};
-
-template <typename At>
-[[gnu::always_inline]] inline Deflection<typename At::V> CalcDeflection(const Wagon& w, const At& at,
-                                                                        const CornerConstants<typename At::V>& c) {
-  using V = typename At::V;
-  const V e_b = c.side * w.b;
-  const double h = w.body.h;
-  return {.dx = at.Axle(wheelset::kX) - e_b * at.Axle(wheelset::kPsi) + c.Y * at.Body(body::kPsi),
-          .vx = at.Axle(wheelset::kXRate) - e_b * at.Axle(wheelset::kPsiRate) + c.Y * at.Body(body::kPsiRate),
-          .dy = at.Axle(wheelset::kY) - (at.Body(body::kY) + c.X * at.Body(body::kPsi) + h * at.Body(body::kPhi)),
-          .vy = at.Axle(wheelset::kYRate) -
-                (at.Body(body::kYRate) + c.X * at.Body(body::kPsiRate) + h * at.Body(body::kPhiRate)),
-          .s = c.s_eq + at.Axle(wheelset::kZ) + e_b * at.Axle(wheelset::kPhi) -
-               (at.Body(body::kZ) + c.Y * at.Body(body::kPhi)),
-          .vs = at.Axle(wheelset::kZRate) + e_b * at.Axle(wheelset::kPhiRate) -
-                (at.Body(body::kZRate) + c.Y * at.Body(body::kPhiRate))};
+template <typename At, typename K>
+[[gnu::always_inline]] inline CornerDeflection<typename At::V> CalcDeflection(const Wagon& w, const At& at,
+                                                                              const CornerPlace<K>& place) {
+  return CalcDeflection<typename At::V>(
+      place, w.body.h, [&](std::size_t i) -> decltype(auto) { return at.Axle(i); },
+      [&](std::size_t i) -> decltype(auto) { return at.Body(i); });
 }
 
 /// From the forces at a corner (on the wheelset, track frame) to those of wheelset and body.
-template <typename At>
+template <typename At, typename K>
 [[gnu::always_inline]] inline CornerTotals<typename At::V> CalcCorner(const Wagon& w, const At& at,
-                                                                      const CornerConstants<typename At::V>& c,
+                                                                      const CornerPlace<K>& place,
                                                                       const typename At::V& P_x,
                                                                       const typename At::V& P_y,
                                                                       const typename At::V& P_z) {
   using V = typename At::V;
-  const V e_b = c.side * w.b;
   CornerTotals<V> t;
   t.on_wheelset.x = P_x;
   t.on_wheelset.y = P_y;
   t.on_wheelset.z = P_z;
-  t.on_wheelset.roll = e_b * (P_z - at.Axle(wheelset::kPhi) * P_y);
-  t.on_wheelset.yaw = -(e_b * (P_x + at.Axle(wheelset::kPsi) * P_y));
+  t.on_wheelset.roll = place.e_b * (P_z - at.Axle(wheelset::kPhi) * P_y);
+  t.on_wheelset.yaw = -(place.e_b * (P_x + at.Axle(wheelset::kPsi) * P_y));
 
   // The opposite on the body, turned into its frame for the moments: B_x, B_y, B_z.
   const V& phi = at.Body(body::kPhi);
@@ -285,8 +135,8 @@ template <typename At>
   const V B_z = phi * P_y - P_z;
   t.body_y = -P_y;
   t.body_z = -P_z;
-  t.body_roll = w.body.h * B_y + c.Y * B_z;
-  t.body_yaw = c.X * B_y - c.Y * B_x;
+  t.body_roll = w.body.h * B_y + place.Y * B_z;
+  t.body_yaw = place.X * B_y - place.Y * B_x;
   return t;
 }
 
@@ -377,7 +227,7 @@ struct FourContacts {
 }
 
 [[gnu::always_inline]] inline WheelForces<Lanes> CalcWheels(const Wagon& w, const WheelsetMotion<Lanes>& m,
-                                                            const Settings& settings) {
+                                                            const WheelSettings& settings) {
   FourContacts contacts;
   contacts.Find(w.contact, m.y);
   const WheelContact<Lanes> contact = contacts.Contact();
@@ -450,21 +300,22 @@ void Store(const WheelForces<Lanes>& f, const Lanes& side, WagonForces* out) {
       CalcWheels(w, motion, {.per_V = 1 / V, .mu = w.mu, .printed_roll = w.options.printed_roll});
   Mirror(at.Side(), &wheels.total);
 
-  const CornerConstants<Lanes> constants{.X = Lanes(w.fixed().X.data()),
-                                         .Y = Lanes(w.fixed().Y.data()),
-                                         .s_eq = Lanes(w.fixed().s_eq.data()),
-                                         .side = at.Side()};
-  const Deflection<Lanes> d = CalcDeflection(w, at, constants);
+  const Wagon::Fixed& fixed = w.fixed();
+  const CornerPlace<Lanes> place{.e_b = Lanes(fixed.e_b.data()),
+                                 .X = Lanes(fixed.X.data()),
+                                 .Y = Lanes(fixed.Y.data()),
+                                 .s_eq = Lanes(fixed.s_eq.data())};
+  const CornerDeflection<Lanes> d = CalcDeflection(w, at, place);
   const Lanes S_x = CalcLinks(w.longitudinal, links.longitudinal, d.dx, d.vx, w.all_links_affine());
   const Lanes S_y = CalcLinks(w.lateral, links.lateral, d.dy, d.vy, w.all_links_affine());
   Lanes guide_x(0.0), guide_y(0.0);
   if (w.options.guidance) {
-    guide_x = CalcGuide(w.guidance.longitudinal, d.dx);
-    guide_y = CalcGuide(w.guidance.lateral, d.dy);
+    guide_x = CalcStopForce(w.guidance.longitudinal, d.dx);
+    guide_y = CalcStopForce(w.guidance.lateral, d.dy);
   }
   Lanes spring(0.0), leaf_rate(0.0);
   CalcSpring(w, d.s, d.vs, at.Leaf(), &spring, &leaf_rate);
-  const CornerTotals<Lanes> corner = CalcCorner(w, at, constants, S_x + guide_x, S_y + guide_y, -spring);
+  const CornerTotals<Lanes> corner = CalcCorner(w, at, place, S_x + guide_x, S_y + guide_y, -spring);
 
   const std::array<Resultant<double>, kAxles> axles{SumOfAxle(wheels.total, corner.on_wheelset, 0),
                                                     SumOfAxle(wheels.total, corner.on_wheelset, 1)};
@@ -491,7 +342,7 @@ void CalcRateOfDoubles(const Wagon& w, double V, const LinkStates& links, const 
 // Scalars with derivatives: corner by corner.
 
 template <typename T>
-WheelForces<T> CalcWheel(const Wagon& w, const WheelsetMotion<T>& m, const Settings& settings) {
+WheelForces<T> CalcWheel(const Wagon& w, const WheelsetMotion<T>& m, const WheelSettings& settings) {
   const ContactCurve& curve = w.contact;
   const ContactCurve::Place place = curve.Find(Value(m.y));
   const T t = curve.Local(m.y, place);
@@ -522,7 +373,7 @@ T CalcLink(const Link& link, const LinkState& state, const T& d, const T& v) {
 
 template <typename T>
 void CalcRateOfDuals(const Wagon& w, double V, const LinkStates& links, const StateVector<T>& x, StateVector<T>* rate) {
-  const Settings settings{.per_V = 1 / V, .mu = w.mu, .printed_roll = w.options.printed_roll};
+  const WheelSettings settings{.per_V = 1 / V, .mu = w.mu, .printed_roll = w.options.printed_roll};
   std::array<Resultant<T>, kAxles> axles;
   for (Resultant<T>& axle : axles) axle = {T(0.0), T(0.0), T(0.0), T(0.0), T(0.0), T(0.0)};
   T body_y(0.0), body_z(0.0), body_roll(0.0), body_yaw(0.0);
@@ -532,18 +383,17 @@ void CalcRateOfDuals(const Wagon& w, double V, const LinkStates& links, const St
     WheelForces<T> wheel = CalcWheel(w, SeeFromWheel(at, V / w.r0), settings);
     Mirror(at.Side(), &wheel.total);
 
-    const CornerConstants<T> constants{
-        .X = T(w.corners[i].X), .Y = T(w.corners[i].Y), .s_eq = T(w.corners[i].s_eq), .side = at.Side()};
-    const Deflection<T> d = CalcDeflection(w, at, constants);
+    const CornerPlace<double> place = PlaceOf(w, i);
+    const CornerDeflection<T> d = CalcDeflection(w, at, place);
     T P_x = CalcLink(w.longitudinal[i], links.longitudinal[i], d.dx, d.vx);
     T P_y = CalcLink(w.lateral[i], links.lateral[i], d.dy, d.vy);
     if (w.options.guidance) {
-      P_x += CalcGuide(w.guidance.longitudinal, d.dx);
-      P_y += CalcGuide(w.guidance.lateral, d.dy);
+      P_x += CalcStopForce(w.guidance.longitudinal, d.dx);
+      P_y += CalcStopForce(w.guidance.lateral, d.dy);
     }
     T spring(0.0), leaf_rate(0.0);
     CalcSpring(w, d.s, d.vs, at.Leaf(), &spring, &leaf_rate);
-    const CornerTotals<T> corner = CalcCorner(w, at, constants, P_x, P_y, T(-spring));
+    const CornerTotals<T> corner = CalcCorner(w, at, place, P_x, P_y, T(-spring));
     (*rate)[kLeafForces + i] = leaf_rate;
 
     Resultant<T>& axle = axles[AxleOf(i)];
