@@ -110,9 +110,22 @@ void CheckMatrix(Table& table, const Covariance& covariance) {
   }
 }
 
+/// A table of numbers >= 0 by symbol.
+std::map<std::string, double> ReadBySymbol(Table table, const std::vector<std::string>& symbols) {
+  std::map<std::string, double> values;
+  for (const std::string& symbol : symbols) {
+    if (const auto value = table.OptionalNumber(symbol, Range::NotNegative("unit of the parameter")))
+      values[symbol] = *value;
+  }
+  return values;
+}
+
 Covariance ReadCovariance(Table table, const std::vector<std::string>& symbols) {
   Covariance covariance{.order = table.Strings("order"),
-                        .matrix = table.Rows("matrix", Range::Any("product of units"))};
+                        .matrix = table.Rows("matrix", Range::Any("product of units")),
+                        .coverage = table.OptionalNumber("coverage", Range::Positive("standard deviations"))};
+  if (const std::optional<Table> spread = table.OptionalTable("spread"))
+    covariance.spread = ReadBySymbol(*spread, symbols);
   CheckOrder(table, covariance.order, symbols);
   if (table.Has("order") && table.Has("matrix")) CheckMatrix(table, covariance);
   return covariance;
@@ -125,12 +138,7 @@ DirectionParameters ReadDirection(Table table) {
   for (const Table& effect : table.OptionalTables("effects")) parameters.effects.push_back(ReadEffect(effect));
   CheckEffectsDiffer(table, parameters.effects);
   const std::vector<std::string> symbols = AllSymbols(parameters);
-  if (std::optional<Table> std = table.OptionalTable("std")) {
-    for (const std::string& symbol : symbols) {
-      if (const auto value = std->OptionalNumber(symbol, Range::NotNegative("unit of the parameter")))
-        parameters.std[symbol] = *value;
-    }
-  }
+  if (const std::optional<Table> std = table.OptionalTable("std")) parameters.std = ReadBySymbol(*std, symbols);
   if (std::optional<Table> covariance = table.OptionalTable("covariance")) {
     parameters.covariance = ReadCovariance(*covariance, symbols);
   }
@@ -193,27 +201,36 @@ std::string FormatEffects(const std::vector<EffectValues>& effects) {
   return text + "]\n";
 }
 
-std::string FormatStd(const DirectionParameters& parameters) {
-  if (parameters.std.empty()) return "";
+/// "{ k = 0.1, k1 = 0.2 }"
+std::string FormatBySymbol(const DirectionParameters& parameters, const std::map<std::string, double>& values) {
   std::vector<std::string> known =
       AllSymbols(parameters);  // order of the file; strangers last, where reading back finds them
-  for (const auto& [symbol, value] : parameters.std) {
+  for (const auto& [symbol, value] : values) {
     if (std::find(known.begin(), known.end(), symbol) == known.end()) known.push_back(symbol);
   }
   std::vector<std::string> entries;
   for (const std::string& symbol : known) {
-    const auto value = parameters.std.find(symbol);
-    if (value != parameters.std.end()) entries.push_back(Key(symbol) + " = " + Text(value->second));
+    const auto value = values.find(symbol);
+    if (value != values.end()) entries.push_back(Key(symbol) + " = " + Text(value->second));
   }
-  return fmt::format("std = {{ {} }}  # standard deviations, units of the parameters\n", fmt::join(entries, ", "));
+  return fmt::format("{{ {} }}", fmt::join(entries, ", "));
 }
 
-std::string FormatCovariance(const std::optional<Covariance>& covariance) {
+std::string FormatStd(const DirectionParameters& parameters) {
+  if (parameters.std.empty()) return "";
+  return fmt::format("std = {}  # standard deviations, units of the parameters\n",
+                     FormatBySymbol(parameters, parameters.std));
+}
+
+std::string FormatCovariance(const DirectionParameters& parameters) {
+  const std::optional<Covariance>& covariance = parameters.covariance;
   if (!covariance) return "";
   std::vector<std::string> order;
   for (const std::string& symbol : covariance->order) order.push_back(Quoted(symbol));
-  std::string text = fmt::format("covariance = {{ order = [{}], matrix = [  # products of the parameters' units\n",
-                                 fmt::join(order, ", "));
+  std::string text = fmt::format("covariance = {{ order = [{}], ", fmt::join(order, ", "));
+  if (covariance->coverage) text += fmt::format("coverage = {}, ", Text(*covariance->coverage));
+  if (!covariance->spread.empty()) text += fmt::format("spread = {}, ", FormatBySymbol(parameters, covariance->spread));
+  text += "matrix = [  # products of the parameters' units\n";
   for (const std::vector<double>& row : covariance->matrix) text += "  " + Texts(row) + ",\n";
   return text + "] }\n";
 }
@@ -221,7 +238,7 @@ std::string FormatCovariance(const std::optional<Covariance>& covariance) {
 std::string FormatDirection(Direction direction, const DirectionParameters& parameters) {
   return fmt::format("\n[{}]\nk = {}  # 1/m, divided by M g\n", Name(direction), Text(parameters.k)) +
          FormatSliders(parameters.sliders) + FormatEffects(parameters.effects) + FormatStd(parameters) +
-         FormatCovariance(parameters.covariance);
+         FormatCovariance(parameters);
 }
 
 }  // namespace

@@ -12,7 +12,8 @@ namespace uiclink {
 ///
 /// Checks: load_N > 0, g > 0, k > 0, slider k > 0, T0 >= 0, std >= 0, at least one direction; a covariance whose order
 /// names parameters of the set (k, k1, T01, ..., "effect.symbol"), square, symmetric, with correlations between -1
-/// and 1. Effects are not looked up in the catalogue: the caller, who knows it, does.
+/// and 1, coverage > 0, spread >= 0 of parameters of the set. Effects are not looked up in the catalogue: the caller,
+/// who knows it, does.
 /// @throws InputError with all faults of the file, a line each.
 ParameterSet ReadParameterSet(const std::filesystem::path& path);
 

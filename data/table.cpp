@@ -280,6 +280,15 @@ std::optional<Table> Table::OptionalTable(std::string_view key) {
 
 bool Table::Has(std::string_view key) const { return document_->visits[index_].table->contains(key); }
 
+bool Table::HasTable(std::string_view key) const {
+  const toml::node* const node = document_->visits[index_].table->get(key);
+  return node && node->is_table();
+}
+
+void Table::Know(const std::vector<std::string>& keys) {
+  for (const std::string& key : keys) document_->visits[index_].asked.emplace(key);
+}
+
 std::vector<std::string> Table::Keys() const {
   std::vector<const toml::key*> keys;
   for (const auto& [key, node] : *document_->visits[index_].table) keys.push_back(&key);

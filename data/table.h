@@ -63,9 +63,11 @@ class Table {
   std::optional<Table> OptionalTable(std::string_view key);
   std::vector<Table> OptionalTables(std::string_view key);  ///< empty where the key is missing
 
-  bool Has(std::string_view key) const;   ///< does not count as asking for the key
-  std::vector<std::string> Keys() const;  ///< in the order of the file; does not count as asking for them
-  const std::string& name() const;        ///< "lateral.sliders[2]" (counted from 1); empty for the file itself
+  bool Has(std::string_view key) const;       ///< does not count as asking for the key
+  bool HasTable(std::string_view key) const;  ///< the key is there and is a table; does not count as asking for it
+  std::vector<std::string> Keys() const;      ///< in the order of the file; does not count as asking for them
+  void Know(const std::vector<std::string>& keys);  ///< counts as asking for them, whether they are there or not
+  const std::string& name() const;  ///< "lateral.sliders[2]" (counted from 1); empty for the file itself
 
   /// Notes a fault that the caller found: "expected <expected>, found <found>", at the line of `key` (or of the table).
   void Report(std::string_view key, const std::string& expected, const std::string& found);

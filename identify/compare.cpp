@@ -9,13 +9,15 @@
 #include <set>
 #include <utility>
 
+#include "data/checksum.h"
+#include "data/file.h"
 #include "identify/compare_effects.h"
 #include "identify/extended_fit.h"
 #include "identify/noise.h"
-#include "identify/parallel.h"
 #include "identify/release.h"
 #include "identify/start_values.h"
 #include "model/closed_form.h"
+#include "model/parallel.h"
 
 namespace uiclink {
 namespace {
@@ -302,6 +304,17 @@ int CompareResult::CountLeftOut() const {
                                                        [](const std::string& why) { return !why.empty(); }));
   }
   return static_cast<int>(left_out);
+}
+
+std::vector<ValidationSet> MakeComparedSets(const CompareResult& result, const std::vector<ParameterSet>& sets) {
+  std::vector<ValidationSet> made;
+  for (std::size_t i = 0; i < sets.size(); ++i)
+    made.push_back({.role = "given",
+                    .label = result.sets[i].label,
+                    .file = result.sets[i].file,
+                    .sha256 = CalcSha256(ReadFileWhole(result.sets[i].file)),
+                    .set = sets[i]});
+  return made;
 }
 
 CompareResult Compare(const std::vector<std::string>& files, const std::vector<ParameterSet>& sets,

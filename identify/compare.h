@@ -1,11 +1,13 @@
 #pragma once
 
+#include <optional>
 #include <string>
 #include <vector>
 
 #include "identify/fit_problem.h"
 #include "identify/record.h"
 #include "identify/report.h"
+#include "identify/validate.h"
 #include "model/parameter_set.h"
 
 namespace uiclink {
@@ -85,6 +87,7 @@ struct CompareResult {
   std::vector<Comparison> comparisons;
   std::vector<Rejected> rejected;    ///< files that could not be read
   std::vector<std::string> notices;  ///< what was assumed about records, with the file
+  std::optional<Validation> wagon;   ///< the sets on the wagon, where that was asked for
 
   int CountUsed() const;     ///< records
   int CountLeftOut() const;  ///< records, and sets not simulated
@@ -97,6 +100,11 @@ struct CompareResult {
 /// @throws InputError for effects of a set that the catalogue does not have as they are (MakeSetModel).
 CompareResult Compare(const std::vector<std::string>& files, const std::vector<ParameterSet>& sets,
                       std::vector<Record> records);
+
+/// The sets as they stand in their files, for ValidateOnWagon with ValidateOptions::side_by_side. One that cannot run
+/// is a row with its reason.
+/// @throws InputError where a file cannot be read any more.
+std::vector<ValidationSet> MakeComparedSets(const CompareResult& result, const std::vector<ParameterSet>& sets);
 
 /// Lines about what was left out: "file: reason".
 std::vector<std::string> FormatLeftOut(const CompareResult& result);

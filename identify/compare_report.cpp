@@ -8,13 +8,13 @@
 #include <nlohmann/json.hpp>
 
 #include "identify/compare.h"
+#include "identify/report_wagon.h"
 #include "model/effect.h"
 #include "reports/text_table.h"
 
 namespace uiclink {
 namespace {
 
-using Json = nlohmann::ordered_json;
 using Align = TextTable::Align;
 
 // ---------------------------------------------------------------- text
@@ -211,8 +211,6 @@ std::string FormatDirection(const CompareResult& result, const Comparison& compa
 
 // ---------------------------------------------------------------- JSON
 
-Json OrNull(double value) { return std::isfinite(value) ? Json(value) : Json(nullptr); }
-
 Json ToJson(const std::vector<double>& values, double unit) {
   Json json = Json::array();
   for (const double value : values) json.push_back(OrNull(unit * value));
@@ -321,7 +319,7 @@ std::string FormatComparison(const CompareResult& result) {
   if (!text.empty()) text += "\n";
   text += FormatSets(result) + "\n";
   for (const Comparison& comparison : result.comparisons) text += FormatDirection(result, comparison);
-  return text;
+  return text + (result.wagon ? FormatWagon(*result.wagon) : "");
 }
 
 std::string FormatComparisonJson(const CompareResult& result) {
@@ -333,6 +331,7 @@ std::string FormatComparisonJson(const CompareResult& result) {
   json["directions"] = Json::array();
   for (const Comparison& comparison : result.comparisons)
     json["directions"].push_back(DirectionToJson(result, comparison));
+  if (result.wagon) json["wagon"] = WagonToJson(*result.wagon);
   if (!result.rejected.empty()) json["unread"] = Json::array();
   for (const Rejected& rejected : result.rejected) json["unread"].push_back(Unused(rejected));
   return json.dump(2, ' ', false, nlohmann::json::error_handler_t::replace) + "\n";

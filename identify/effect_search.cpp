@@ -5,8 +5,8 @@
 #include <limits>
 
 #include "identify/effect_trial.h"
-#include "identify/parallel.h"
 #include "identify/record_fit.h"
+#include "model/parallel.h"
 
 namespace uiclink {
 namespace {

@@ -9,8 +9,8 @@
 
 #include "identify/compressed_rows.h"
 #include "identify/extended_columns.h"
-#include "identify/parallel.h"
 #include "identify/resolved_cost.h"
+#include "model/parallel.h"
 
 namespace uiclink {
 namespace {

@@ -77,6 +77,7 @@ class Describer {
     for (const FitData& d : data_) sigma += d.sigma * d.sigma * static_cast<double>(d.size) / samples;
     const double noise = s.noise * s.noise / sigma;
     factor_ = noise * ratio * ratio * (s.structured ? std::max(1.0, samples / std::max(1.0, s.effective_size)) : 1.0);
+    result_.variance_factor = factor_;
     normal_ = CalcNormal(data_, result_.sharing, result_.extension, state_, 1);
     all_ = InvertScaled(normal_.gram);
     result_.sharing == Sharing::kLink ? DescribeShared() : DescribeOwn();

@@ -39,6 +39,7 @@ struct ExtendedResult {
   double sharing_p = 1;  ///< of the test of one link for all records
   ExtendedOutcome outcome;
   Structure structure;
+  double variance_factor = 1;        ///< by how much variances exceed those of white noise of the stated sigma
   Oscillator<double> link;           ///< shared link, or population mean
   std::vector<Estimate> quantities;  ///< by CountQuantities
   std::vector<EffectEstimate> effects;

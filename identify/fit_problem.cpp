@@ -8,9 +8,9 @@
 #include <memory>
 
 #include "identify/compressed_rows.h"
-#include "identify/parallel.h"
 #include "identify/record_columns.h"
 #include "identify/resolved_cost.h"
+#include "model/parallel.h"
 
 namespace uiclink {
 namespace {

@@ -4,7 +4,7 @@
 #include <cmath>
 #include <mutex>
 
-#include "identify/parallel.h"
+#include "model/parallel.h"
 
 namespace uiclink {
 namespace {

@@ -5,9 +5,9 @@
 #include <cmath>
 
 #include "identify/joint_fit.h"
-#include "identify/parallel.h"
 #include "identify/slider_choice.h"
 #include "identify/strangers.h"
+#include "model/parallel.h"
 
 namespace uiclink {
 namespace {

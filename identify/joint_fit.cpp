@@ -8,8 +8,8 @@
 #include <limits>
 #include <mutex>
 
-#include "identify/parallel.h"
 #include "identify/random_effects.h"
+#include "model/parallel.h"
 
 namespace uiclink {
 namespace {

@@ -44,6 +44,7 @@ struct Arguments {
   bool quiet = false;
   bool no_diagnosis = false;
   bool no_wagon = false;
+  bool wagon = false;  // compare
   std::string direction;
   std::string sliders;
   std::optional<double> cutoff_mm;
@@ -68,7 +69,8 @@ void AddReadOptions(CLI::App* app, Arguments* arguments) {
   app->add_option("--unit", arguments->read.displacement_unit, "unit of the displacement: " + DisplacementUnits());
 }
 
-void AddValidateOptions(CLI::App* app, Arguments* arguments) {
+/// @param runs  there is a wagon unless --no-wagon says otherwise; else there is none unless --wagon does.
+void AddValidateOptions(CLI::App* app, bool runs, Arguments* arguments) {
   const auto is_file_of = [](const char* subfolder) {
     return [subfolder](const std::string& text) -> std::string {
       try {
@@ -86,23 +88,33 @@ void AddValidateOptions(CLI::App* app, Arguments* arguments) {
                ? ""
                : "expected a number from 1 to 100 m/s, found \"" + text + '"';
   };
-  CLI::Option* const none =
-      app->add_flag("--no-wagon", arguments->no_wagon, "do not run the wagon on the identified links");
-  app->add_option("--cargo", arguments->validate.cargo, "the wagon's freight: a name or a file")
-      ->type_name("NAME|FILE")
-      ->check(is_file_of("freight"), "")
-      ->capture_default_str()
-      ->excludes(none);
-  app->add_option("--geometry", arguments->validate.geometry, "its wheels on their rails: a name or a file")
-      ->type_name("NAME|FILE")
-      ->check(is_file_of("geometry"), "")
-      ->capture_default_str()
-      ->excludes(none);
-  app->add_option("--wagon-speed", arguments->validate.speed, "speed of its hunting run [m/s]")
-      ->type_name("V")
-      ->check(is_speed, "")
-      ->capture_default_str()
-      ->excludes(none);
+  CLI::Option* const flag =
+      runs ? app->add_flag("--no-wagon", arguments->no_wagon, "do not run the wagon on the identified links")
+           : app->add_flag("--wagon", arguments->wagon, "put the sets on the wagon as well");
+  const auto only_with_wagon = [&](CLI::Option* option) { runs ? option->excludes(flag) : option->needs(flag); };
+  CLI::Option* const cargo =
+      app->add_option("--cargo", arguments->validate.cargo, "the wagon's freight: a name or a file")
+          ->type_name("NAME|FILE")
+          ->check(is_file_of("freight"), "")
+          ->capture_default_str();
+  CLI::Option* const geometry =
+      app->add_option("--geometry", arguments->validate.geometry, "its wheels on their rails: a name or a file")
+          ->type_name("NAME|FILE")
+          ->check(is_file_of("geometry"), "")
+          ->capture_default_str();
+  CLI::Option* const speed =
+      app->add_option("--wagon-speed", arguments->validate.speed, "speed of its hunting run [m/s]")
+          ->type_name("V")
+          ->check(is_speed, "")
+          ->capture_default_str();
+  CLI::Option* const draws =
+      app->add_option("--draws", arguments->validate.hunting_draws,
+                      "sets drawn from the covariance of a set, for 95 % bounds of its hunting; 0: none. Those of the "
+                      "critical speed need none")
+          ->type_name("N")
+          ->check(CLI::Range(0, 100000), "")
+          ->capture_default_str();
+  for (CLI::Option* const option : {cargo, geometry, speed, draws}) only_with_wagon(option);
 }
 
 void AddOutputOptions(CLI::App* app, Arguments* arguments) {
@@ -285,8 +297,14 @@ int RunCompare(const Arguments& arguments) {
     return kNothingDone;
   }
   for (const std::string& notice : result.notices) fmt::print(stderr, "{}\n", notice);
+  if (arguments.wagon) {
+    Arguments with_options = arguments;
+    with_options.validate.side_by_side = true;
+    result.wagon =
+        Validate(MakeComparedSets(result, sets), with_options, Progress(arguments.quiet || arguments.JsonToStdout()));
+  }
   Emit(arguments, FormatComparison(result), FormatComparisonJson(result));
-  return result.CountLeftOut() == 0 ? kAllDone : kSomeLeftOut;
+  return result.CountLeftOut() == 0 && (!result.wagon || result.wagon->Complete()) ? kAllDone : kSomeLeftOut;
 }
 
 int RunEffects(const Arguments& arguments) {
@@ -319,16 +337,25 @@ int Main(int argc, char** argv) {
       ->check(CLI::NonNegativeNumber);
   app.add_option("--seed", arguments.identify.starts.seed, "seed of the scattered starts")->capture_default_str();
   app.add_flag("--no-diagnosis", arguments.no_diagnosis, "fit the plain model only; do not ask what it lacks");
-  AddValidateOptions(&app, &arguments);
+  AddValidateOptions(&app, /*runs=*/true, &arguments);
   app.add_option("--threads", arguments.identify.threads, "threads; 0: all of the machine")
       ->capture_default_str()
       ->check(CLI::NonNegativeNumber);
 
-  CLI::App* compare = app.add_subcommand("compare", "parameter sets side by side, on records");
+  CLI::App* compare = app.add_subcommand("compare", "parameter sets side by side, on records and on the wagon");
   compare->add_option("sets", arguments.sets, "parameter-set files (TOML)")->required();
   compare->add_option("--records", arguments.records, "records to compare them on")->expected(1, -1);
+  AddValidateOptions(compare, /*runs=*/false, &arguments);
   AddOutputOptions(compare, &arguments);
   AddReadOptions(compare, &arguments);
+  compare->add_option("--threads", arguments.identify.threads, "threads; 0: all of the machine")
+      ->capture_default_str()
+      ->check(CLI::NonNegativeNumber);
+  compare->footer(
+      "Examples:\n"
+      "  identify compare data/parameter_sets/set1.toml out/parameters.toml --records measurements/lateral_*.txt\n"
+      "  identify compare data/parameter_sets/set1.toml data/parameter_sets/set2.toml out/parameters_plain.toml \\\n"
+      "    out/parameters.toml --wagon --geometry thesis-equivalent --wagon-speed 30");
 
   CLI::App* effects = app.add_subcommand("effects", "what the plain model may lack: the catalogue of effects");
   effects->footer(

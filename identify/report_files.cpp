@@ -12,6 +12,25 @@
 namespace uiclink {
 namespace {
 
+/// Half of the 95 % interval over the standard deviation, on the logarithmic scale on which the fit makes both.
+double CalcCoverage(const Estimate& estimate) {
+  if (!(estimate.std > 0 && estimate.value > 0 && estimate.low > 0)) return 0;
+  return 0.5 * std::log(estimate.high / estimate.low) * estimate.value / estimate.std;
+}
+
+/// What a covariance does not tell: how wide bounds are, and where records have links of their own, how far these are
+/// from each other.
+void AddCoverageAndSpread(const std::vector<Estimate>& quantities, int sliders, bool shared, Covariance* covariance) {
+  // These two make the stiffness that counts; never less than a fit that knows its errors.
+  covariance->coverage = kNormalCoverage;
+  for (const int q : {0, SumOfStiffness(sliders)})
+    covariance->coverage = std::max(*covariance->coverage, CalcCoverage(quantities[static_cast<std::size_t>(q)]));
+  if (shared) return;
+  const std::vector<std::string> symbols = ParameterSymbols(sliders);
+  for (std::size_t i = 0; i < symbols.size(); ++i)
+    if (std::isfinite(quantities[i].spread)) covariance->spread[symbols[i]] = quantities[i].spread;
+}
+
 DirectionParameters MakeDirection(const Identification& id) {
   DirectionParameters parameters;
   parameters.k = id.link.k;
@@ -28,6 +47,7 @@ DirectionParameters MakeDirection(const Identification& id) {
       covariance.matrix.back().push_back(id.covariance(row, column));
     }
   }
+  AddCoverageAndSpread(id.quantities, id.sliders, id.shared, &covariance);
   parameters.covariance = covariance;
   return parameters;
 }
@@ -63,6 +83,8 @@ DirectionParameters MakeExtendedDirection(const Identification& id, const Extend
     for (std::size_t j = 0; j < joint.order.size(); ++j)
       covariance.matrix.back().push_back(joint.matrix(row, static_cast<Eigen::Index>(j)));
   }
+  AddCoverageAndSpread(extended.quantities, CountSliders(extended.outcome.state.link.shape),
+                       extended.sharing == Sharing::kLink, &covariance);
   parameters.covariance = covariance;
   return parameters;
 }

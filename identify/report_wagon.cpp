@@ -6,10 +6,10 @@
 
 #include <algorithm>
 #include <cmath>
-#include <nlohmann/json.hpp>
 
 #include "data/checksum.h"
 #include "data/parameter_set_file.h"
+#include "identify/extended_covariance.h"
 #include "identify/link_coordinates.h"
 #include "reports/text_table.h"
 #include "reports/wrap.h"
@@ -23,12 +23,6 @@ using Align = TextTable::Align;
 
 std::string Tell(const std::string& text) { return Paragraph(text, kIndent, kColumns); }
 
-/// Half of the 95 % interval over the standard deviation, on the logarithmic scale on which the fit makes both.
-double CalcCoverage(const Estimate& estimate) {
-  if (!(estimate.std > 0 && estimate.value > 0 && estimate.low > 0)) return 0;
-  return 0.5 * std::log(estimate.high / estimate.low) * estimate.value / estimate.std;
-}
-
 /// Why a direction's values are not to be trusted as they stand; empty when they are.
 std::string FindDoubt(const Identification& id, const Diagnosis* diagnosis) {
   if (diagnosis != nullptr && diagnosis->verdict == Verdict::kUnexplained)
@@ -39,10 +33,34 @@ std::string FindDoubt(const Identification& id, const Diagnosis* diagnosis) {
   return id.warnings.empty() ? "" : fmt::format("{}: {}", Name(id.direction), id.warnings.front());
 }
 
+/// Of the plain model.
+std::optional<RecordValues> CalcRecordValues(const Identification& id) {
+  if (id.shared || id.CountUsed() < 2) return std::nullopt;
+  RecordValues values{.order = ParameterSymbols(id.sliders), .by_record = {}, .common = {}};
+  const std::vector<std::size_t> used = id.UsedIndices();
+  const auto size = static_cast<Eigen::Index>(values.order.size());
+  values.by_record.resize(static_cast<Eigen::Index>(used.size()), size);
+  for (std::size_t r = 0; r < used.size(); ++r)
+    for (Eigen::Index q = 0; q < size; ++q)
+      values.by_record(static_cast<Eigen::Index>(r), q) = CalcQuantity(id.records[used[r]].link, static_cast<int>(q));
+  values.common = Eigen::MatrixXd::Zero(size, size);
+  return values;
+}
+
+std::optional<RecordValues> CalcRecordValues(const Identification& id, const ExtendedResult& extended) {
+  if (extended.sharing == Sharing::kLink || id.CountUsed() < 2) return std::nullopt;
+  std::vector<FitData> data;
+  for (const std::size_t i : id.UsedIndices()) data.push_back(id.records[i].Data());
+  const ExtendedCovariance joint = CalcExtendedCovariance(data, extended);
+  if (joint.by_record.size() == 0) return std::nullopt;
+  return RecordValues{.order = joint.order, .by_record = joint.by_record, .common = joint.common};
+}
+
 }  // namespace
 
 ValidationSet MakeValidationSet(const RunResult& run, bool with_causes, const std::string& file) {
   ValidationSet made{.role = with_causes ? "identified" : "identified_plain",
+                     .label = with_causes ? "" : "plain model",
                      .file = file,
                      .sha256 = {},
                      .set = with_causes ? MakeParameterSet(run) : MakePlainParameterSet(run)};
@@ -52,11 +70,8 @@ ValidationSet MakeValidationSet(const RunResult& run, bool with_causes, const st
     if (id.CountUsed() == 0) continue;
     const Diagnosis* diagnosis = run.diagnoses.empty() ? nullptr : &run.diagnoses[d];
     const bool extended = with_causes && diagnosis != nullptr && diagnosis->HasCauses();
-    const std::vector<Estimate>& quantities = extended ? diagnosis->extended.quantities : id.quantities;
-    // These two make the stiffness that counts; never less than a fit that knows its errors.
-    double& coverage = made.coverage[static_cast<std::size_t>(id.direction)];
-    for (const int q : {0, SumOfStiffness(id.sliders)})
-      coverage = std::max(coverage, CalcCoverage(quantities[static_cast<std::size_t>(q)]));
+    made.by_record[static_cast<std::size_t>(id.direction)] =
+        extended ? CalcRecordValues(id, diagnosis->extended) : CalcRecordValues(id);
     const std::string doubt = FindDoubt(id, diagnosis);
     if (!doubt.empty()) made.doubt += (made.doubt.empty() ? "" : "; ") + doubt;
   }
@@ -69,13 +84,12 @@ namespace {
 
 std::string Mm(double metres) { return fmt::format("{:.2f}", 1e3 * metres); }
 
-std::string NameOf(const ValidationRow& row) {
-  return row.set.role == "identified_plain" ? "plain model" : row.set.set.name;
-}
+std::string NameOf(const ValidationRow& row) { return row.set.label.empty() ? row.set.set.name : row.set.label; }
 
 std::string Label(const ValidationRow& row) { return NameOf(row) + (row.set.doubt.empty() ? "" : " *"); }
 
-void AddCriticalSpeed(const std::optional<CriticalSpeed>& speed, std::vector<std::string>* cells) {
+/// @param with_type  there is a column for it.
+void AddCriticalSpeed(const std::optional<CriticalSpeed>& speed, bool with_type, std::vector<std::string>* cells) {
   if (!speed) {
     cells->insert(cells->end(), {"failed", "", "", ""});
   } else if (!speed->value) {
@@ -86,6 +100,9 @@ void AddCriticalSpeed(const std::optional<CriticalSpeed>& speed, std::vector<std
     cells->insert(cells->end(), {format(speed->value), format(speed->low), format(speed->high),
                                  fmt::format("{:.2f}", speed->frequency_hz)});
   }
+  if (!with_type) return;
+  const bool known = speed && !speed->type.empty();
+  cells->push_back(known ? speed->type.substr(0, speed->type.find("critical")) : speed && speed->value ? "-" : "");
 }
 
 void AddHunting(const std::optional<HuntingRun>& run, std::vector<std::string>* cells) {
@@ -111,6 +128,7 @@ std::string FormatTable(const Validation& validation) {
   table.AddColumn("95 %\nlow");
   table.AddColumn("bounds\nhigh");
   table.AddColumn("\n[Hz]");
+  if (validation.options.side_by_side) table.AddColumn("\ntype", Align::kLeft);
   table.AddColumn("hunting\nfront [mm]");
   table.AddColumn("\nrear");
   table.AddColumn("\nbody");
@@ -120,7 +138,7 @@ std::string FormatTable(const Validation& validation) {
   table.AddColumn("wheel load\nleast [kN]");
   for (const ValidationRow& row : validation.rows) {
     std::vector<std::string> cells{Label(row)};
-    AddCriticalSpeed(row.critical_speed, &cells);
+    AddCriticalSpeed(row.critical_speed, validation.options.side_by_side, &cells);
     AddHunting(row.hunting, &cells);
     table.AddRow(std::move(cells));
   }
@@ -145,10 +163,14 @@ bool HasPlain(const Validation& validation) {
 std::string FormatExplanation(const Validation& validation) {
   std::string text;
   if (HasPlain(validation)) text += Tell("Plain model: the link that was identified without the named causes.");
-  text +=
-      Tell(fmt::format("Critical: linear critical speed, above which straight running is unstable, and the frequency "
-                       "there.{}",
-                       DescribeBounds(validation)));
+  text += Tell(
+      fmt::format("Critical: linear critical speed, above which straight running is unstable, and the frequency "
+                  "there.{}{}",
+                  DescribeBounds(validation),
+                  validation.options.side_by_side
+                      ? " Type: hunting sets in gently (super, supercritical) or with a jump (sub); of the cycle of "
+                        "0.1 mm that is born there."
+                      : ""));
   return text +
          Tell(fmt::format("Hunting: at {:g} m/s, both wheelsets put {:g} mm beside the running equilibrium; amplitudes "
                           "(half of peak to peak), impacts on the lateral guidance and the least wheel load are of the "
@@ -185,8 +207,73 @@ std::string FormatRemarks(const ValidationRow& row) {
   if (row.hunting && !row.hunting->end_reason.empty())
     text += Tell(fmt::format("{}: the hunting run ended after {:.2f} s: {}.", name, row.hunting->simulated,
                              row.hunting->end_reason));
+  if (row.critical_speed && !row.critical_speed->type_reason.empty())
+    text +=
+        Tell(fmt::format("{}: no type of the critical speed was found ({}).", name, row.critical_speed->type_reason));
   for (const std::string& failure : row.failures) text += Tell(fmt::format("{}: failed: {}.", name, failure));
   return text;
+}
+
+/// Plain against extended, a line each.
+std::string FormatCauseCost(const Validation& validation) {
+  if (validation.cause_cost.empty()) return {};
+  std::string text = Tell("What it costs not to name the missing cause, plain less extended model (95 %):");
+  for (const CauseCost& cost : validation.cause_cost) {
+    const std::string what =
+        fmt::format("- {}: {:+.4f} +- {:.4f} {}", cost.name, cost.difference(), cost.half(), cost.unit);
+    text += Tell(cost.paired_half ? fmt::format("{}, from the two models' difference record by record (as if errors "
+                                                "were independent: +- {:.4f})",
+                                                what, cost.independent())
+                                  : fmt::format("{} at most, as if errors were independent (wholly correlated, as the "
+                                                "same records make them nearly: +- {:.4f})",
+                                                what, cost.narrowest_half()));
+  }
+  return text;
+}
+
+/// Each set against the first.
+std::string FormatDifferences(const Validation& validation) {
+  if (!validation.options.side_by_side) return {};
+  const std::vector<SpeedDifference> differences = CalcSpeedDifferences(validation.rows);
+  if (differences.empty()) return {};
+  TextTable table;
+  table.AddColumn(fmt::format("critical speed less that of {}", NameOf(validation.rows.front())), Align::kLeft);
+  table.AddColumn("difference\n[m/s]");
+  table.AddColumn("95 %: +-\nindependent");
+  table.AddColumn("\ncorrelated");
+  const auto half = [](const std::optional<double>& value) { return value ? fmt::format("{:.4f}", *value) : "-"; };
+  for (const SpeedDifference& d : differences)
+    table.AddRow({NameOf(validation.rows[d.row]), fmt::format("{:+.4f}", d.difference), half(d.half),
+                  half(d.half_if_correlated)});
+  return "\n" + table.Format(kIndent) +
+         Tell(
+             "Independent: the errors of the two sets have nothing to do with each other, which holds for different "
+             "records. Correlated: wholly so, the least that it can be, which comes near for plain and extended model "
+             "of the same records; the files do not hold the records that it would take to know, identify has them "
+             "and tells. A set without covariance counts as exact.");
+}
+
+/// "identified: front lateral amplitude 0.62 +- 0.01 mm, ..."
+std::string FormatHuntingBounds(const Validation& validation, const ValidationRow& row) {
+  if (!validation.options.side_by_side || row.hunting_bounds.empty()) return {};
+  std::string text;
+  for (const HuntingBound& bound : row.hunting_bounds) {
+    if (bound.value == 0 && bound.half == 0) continue;  // no impacts in any draw
+    text += fmt::format("{}{} {:.3f} +- {:.3f}{}", text.empty() ? "" : ", ", bound.name, bound.value, bound.half,
+                        bound.unit == "-" ? "" : " " + bound.unit);
+  }
+  return Tell(fmt::format("{}: hunting, 95 % of {} draws that run on from it for {:g} s: {}.", NameOf(row),
+                          validation.options.hunting_draws, 2 * kHuntingWindow, text));
+}
+
+/// Where the bounds of the critical speed come from.
+std::string FormatShares(const ValidationRow& row) {
+  if (!row.critical_speed || row.critical_speed->shares.empty()) return {};
+  std::string text;
+  for (const SpeedShare& share : row.critical_speed->shares)
+    if (std::abs(share.share) >= 5e-4)
+      text += fmt::format("{}{} {:.1f} %", text.empty() ? "" : ", ", share.group, 100 * share.share);
+  return Tell(fmt::format("{}: variance of the critical speed: {}.", NameOf(row), text));
 }
 
 }  // namespace
@@ -196,8 +283,10 @@ std::string FormatWagon(const Validation& validation) {
     return Tell(fmt::format("On the wagon: nothing could be done. {}", validation.failure)) + "\n";
   std::string text =
       fmt::format("On the wagon ({}, {}, geometry {})\n\n", validation.wagon, validation.cargo, validation.geometry);
-  text += FormatTable(validation) + "\n" + FormatExplanation(validation);
-  for (const ValidationRow& row : validation.rows) text += FormatRemarks(row);
+  text += FormatTable(validation) + FormatDifferences(validation) + "\n" + FormatExplanation(validation);
+  for (const ValidationRow& row : validation.rows)
+    text += FormatShares(row) + FormatHuntingBounds(validation, row) + FormatRemarks(row);
+  text += FormatCauseCost(validation);
   text += FormatNotices(validation);
   for (const std::string& notice : validation.notices) text += Tell("Note: " + notice + ".");
   return text + fmt::format("\n  {:.2f} s\n\n", validation.wall_s);
@@ -211,86 +300,6 @@ std::vector<std::string> FormatWagonFailures(const Validation& validation) {
     for (const std::string& failure : row.failures)
       lines.push_back(fmt::format("on the wagon: {} ({}): {}", row.set.set.name, row.set.file, failure));
   return lines;
-}
-
-// ---------------------------------------------------------------- for programs
-
-namespace {
-
-Json ValueOrNull(const std::optional<double>& value) { return value ? OrNull(*value) : Json(nullptr); }
-
-Json SpeedToJson(const std::optional<CriticalSpeed>& speed) {
-  if (!speed) return {{"value", nullptr}, {"low", nullptr}, {"high", nullptr}};
-  Json json = {
-      {"value", ValueOrNull(speed->value)}, {"low", ValueOrNull(speed->low)}, {"high", ValueOrNull(speed->high)}};
-  json["frequency_hz"] = speed->value ? Json(speed->frequency_hz) : Json(nullptr);
-  json["searched_to"] = speed->searched_to;
-  if (speed->unstable_from_start) json["unstable_from_start"] = true;
-  for (const SpeedSensitivity& s : speed->sensitivities)
-    json["sensitivities"][Name(s.direction)][s.symbol] = OrNull(s.derivative);
-  return json;
-}
-
-Json HuntingToJson(const HuntingRun& run) {
-  return {{"amplitude_mm",
-           {{"front_lateral", 1e3 * run.wheelset_amplitude[0]},
-            {"rear_lateral", 1e3 * run.wheelset_amplitude[1]},
-            {"body_lateral", 1e3 * run.body_amplitude}}},
-          {"frequency_hz", ValueOrNull(run.frequency_hz)},
-          {"impacts",
-           {{"front_lateral", run.impacts[0]},
-            {"rear_lateral", run.impacts[1]},
-            {"longitudinal", run.longitudinal_impacts},
-            {"peak_N", run.peak_impact}}},
-          {"minimum_wheel_load_N", OrNull(run.minimum_wheel_load)},
-          {"wheel_lift", run.wheel_lift},
-          {"derailed", run.derailed},
-          {"simulated_s", run.simulated},
-          {"end_reason", run.end_reason.empty() ? Json(nullptr) : Json(run.end_reason)}};
-}
-
-Json RowToJson(const ValidationRow& row) {
-  Json json = {{"role", row.set.role},
-               {"name", row.set.set.name},
-               {"set", row.set.file},
-               {"sha256", row.set.sha256},
-               {"trustworthy", row.set.doubt.empty()},
-               {"linear_critical_speed", SpeedToJson(row.critical_speed)},
-               {"hunting", row.hunting ? HuntingToJson(*row.hunting) : Json(nullptr)},
-               {"notices", row.notices},
-               {"failures", row.failures}};
-  if (!row.set.doubt.empty()) json["doubt"] = row.set.doubt;
-  return json;
-}
-
-Json InputsToJson(const Validation& validation) {
-  Json files = Json::array();
-  for (const ValidationFile& file : validation.files)
-    files.push_back({{"role", file.role}, {"name", file.name}, {"file", file.file}, {"sha256", file.sha256}});
-  return {{"files", files}};
-}
-
-}  // namespace
-
-Json WagonToJson(const Validation& validation) {
-  const ValidationRow* const first = validation.rows.empty() ? nullptr : &validation.rows.front();
-  Json json = {{"set", first != nullptr ? Json(first->set.file) : Json(nullptr)},
-               {"cargo", validation.options.cargo},
-               {"geometry", validation.options.geometry},
-               {"linear_critical_speed", SpeedToJson(first != nullptr ? first->critical_speed : std::nullopt)},
-               {"trustworthy", first != nullptr && first->set.doubt.empty() && validation.Complete()},
-               {"hunting_run",
-                {{"speed", validation.options.speed},
-                 {"start_mm", {{"front_lateral", 1e3 * kHuntingStart}, {"rear_lateral", 1e3 * kHuntingStart}}},
-                 {"duration_s", kHuntingDuration},
-                 {"window_s", kHuntingWindow}}},
-               {"failure", validation.failure.empty() ? Json(nullptr) : Json(validation.failure)}};
-  json["sets"] = Json::array();
-  for (const ValidationRow& row : validation.rows) json["sets"].push_back(RowToJson(row));
-  json["inputs"] = InputsToJson(validation);
-  json["notices"] = validation.notices;
-  json["wall_s"] = validation.wall_s;
-  return json;
 }
 
 }  // namespace uiclink

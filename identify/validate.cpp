@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <chrono>
 #include <cmath>
+#include <complex>
 #include <exception>
 #include <stdexcept>
 #include <utility>
@@ -13,8 +14,11 @@
 #include "data/data_path.h"
 #include "data/file.h"
 #include "data/parameter_set_file.h"
-#include "identify/parallel.h"
+#include "model/parallel.h"
 #include "vehicle/equilibrium.h"
+#include "vehicle/hunting/hopf.h"
+#include "vehicle/hunting/hunting_bounds.h"
+#include "vehicle/hunting/speed_bounds.h"
 #include "vehicle/simulation.h"
 #include "vehicle/stability.h"
 #include "vehicle/wagon_inputs.h"
@@ -25,20 +29,18 @@ namespace {
 constexpr std::array kDirections{Direction::kLateral, Direction::kLongitudinal};
 constexpr double kHighestSpeed = 80;      // [m/s]: well above what any two-axle freight wagon runs
 constexpr double kSpeedTolerance = 1e-9;  // of a critical speed [m/s]
-constexpr double kReach = 0.05;           // of the critical speed, on both sides, where a changed set is searched
-constexpr double kRelativeStep = 1e-3;    // of a parameter: truncation 1e-6 and tolerance 1e-7 of the derivative
-
-DirectionParameters& Of(ParameterSet* set, Direction direction) {
-  return direction == Direction::kLateral ? *set->lateral : *set->longitudinal;
-}
+constexpr double kTypeSize = 1e-4;        // of the cycle that decides the type of a crossing [m]
 
 // ---------------------------------------------------------------- sets
 
 ValidationSet ReadShipped(const std::string& name) {
   const std::filesystem::path path = FindDataFile("parameter_sets", name);
   const std::string text = ReadFileWhole(path);
-  return {
-      .role = name, .file = path.string(), .sha256 = CalcSha256(text), .set = ParseParameterSet(text, path.string())};
+  return {.role = name,
+          .label = {},
+          .file = path.string(),
+          .sha256 = CalcSha256(text),
+          .set = ParseParameterSet(text, path.string())};
 }
 
 /// `set` with what it lacks from `stand_in`, and what has to be said about it.
@@ -61,16 +63,21 @@ ParameterSet Complete(const ParameterSet& set, const ValidationSet& stand_in, st
   return whole;
 }
 
-/// The wagon with one set on all corners. Forces per load do not depend on the g that k and T0 were divided by.
-Wagon MakeWagonOn(const WagonInputs& inputs, const ParameterSet& set) {
+/// One set on all corners. Forces per load do not depend on the g that k and T0 were divided by.
+std::array<CornerLinks, kCorners> LinksOf(const ParameterSet& set) {
   std::array<CornerLinks, kCorners> links;
   links.fill({.longitudinal = *set.longitudinal, .lateral = *set.lateral, .g = set.g});
-  return {inputs.data, inputs.body, inputs.loaded, links, inputs.table, inputs.choice.options};
+  return links;
+}
+
+Wagon MakeWagonOn(const WagonInputs& inputs, const ParameterSet& set) {
+  return {inputs.data, inputs.body, inputs.loaded, LinksOf(set), inputs.table, inputs.choice.options};
 }
 
 // ---------------------------------------------------------------- the linear critical speed and its bounds
 
-CriticalSpeed FindCriticalSpeed(const Wagon& wagon) {
+/// @param lambda  the eigenvalue that crosses.
+CriticalSpeed FindCriticalSpeed(const Wagon& wagon, bool with_type, std::complex<double>* lambda) {
   StabilityOptions options;
   options.to = kHighestSpeed;
   options.tolerance = kSpeedTolerance;
@@ -80,102 +87,48 @@ CriticalSpeed FindCriticalSpeed(const Wagon& wagon) {
   speed.value = result.linear_critical_speed;
   speed.searched_to = result.searched_to;
   speed.unstable_from_start = result.unstable_at_start > 0;
-  if (speed.value) speed.frequency_hz = result.crossings.front().frequency_hz;
+  if (speed.value) {
+    speed.frequency_hz = result.crossings.front().frequency_hz;
+    *lambda = result.crossings.front().mode.lambda;
+    if (!with_type) return speed;
+    HopfOptions at;
+    at.sizes = {kTypeSize};
+    at.type_size = kTypeSize;
+    const HopfPoint hopf = ExamineHopf(wagon, result.crossings.front(), at);
+    if (hopf.type) {
+      speed.type = HopfTypeName(*hopf.type);
+    } else {
+      speed.type_reason = hopf.reason;
+    }
+  }
   return speed;
 }
 
-/// Critical speed of a set that is a little changed.
-std::optional<double> FindCriticalSpeedNear(const Wagon& wagon, double V) {
-  StabilityOptions options;
-  options.from = (1 - kReach) * V;
-  options.to = (1 + kReach) * V;
-  options.step = options.to - options.from;
-  options.tolerance = kSpeedTolerance;
-  options.first_only = true;
-  return FindCrossings(wagon, options).linear_critical_speed;
-}
-
-/// The parameter that a covariance calls `symbol`; null if there is none.
-double* FindParameter(DirectionParameters* parameters, const std::string& symbol) {
-  const std::vector<std::string> symbols = ParameterSymbols(static_cast<int>(parameters->sliders.size()));
-  const auto place = std::ranges::find(symbols, symbol);
-  if (place != symbols.end()) {
-    const auto i = static_cast<std::size_t>(place - symbols.begin());
-    const std::size_t n = parameters->sliders.size();
-    if (i == 0) return &parameters->k;
-    return i <= n ? &parameters->sliders[i - 1].k : &parameters->sliders[i - n - 1].T0;
-  }
-  for (EffectValues& effect : parameters->effects)
-    for (auto& [name, value] : effect.parameters)
-      if (effect.id + "." + name == symbol) return &value;
-  return nullptr;
-}
-
-/// Critical speed at a parameter's value; none where it is not near V, or the value is outside of its bounds.
-std::optional<double> FindSpeedAt(const WagonInputs& inputs, ParameterSet set, Direction direction,
-                                  const std::string& symbol, double value, double V) {
-  *FindParameter(&Of(&set, direction), symbol) = value;
-  try {
-    return FindCriticalSpeedNear(MakeWagonOn(inputs, set), V);
-  } catch (const std::exception&) {
-    return std::nullopt;
-  }
-}
-
-/// Central difference; one-sided where a bound of the parameter is in the way.
-/// @throws std::runtime_error where the critical speed cannot be followed at all.
-double CalcDerivative(const WagonInputs& inputs, const ParameterSet& set, Direction direction,
-                      const std::string& symbol, double std, double V) {
-  ParameterSet copy = set;
-  const double* parameter = FindParameter(&Of(&copy, direction), symbol);
-  const auto fail = [&](const char* why) {
-    return std::runtime_error(fmt::format("no bounds: {} {} {}", Name(direction), symbol, why));
-  };
-  if (parameter == nullptr) throw fail("is in the covariance, but not in the set");
-  const double value = *parameter;
-  const double step = kRelativeStep * (value != 0 ? std::abs(value) : std);
-  if (!(step > 0)) return 0;  // neither a value nor an uncertainty
-  const std::optional<double> above = FindSpeedAt(inputs, set, direction, symbol, value + step, V);
-  const std::optional<double> below = FindSpeedAt(inputs, set, direction, symbol, value - step, V);
-  if (above && below) return (*above - *below) / (2 * step);
-  if (above) return (*above - V) / step;
-  if (below) return (V - *below) / step;
-  throw fail("cannot be changed without losing the critical speed");
-}
-
-/// Variance of the critical speed that one direction's covariance makes [m^2/s^2]; appends the derivatives behind it.
-double CalcVariance(const WagonInputs& inputs, const ParameterSet& set, Direction direction, double V,
-                    std::vector<SpeedSensitivity>* sensitivities) {
-  const Covariance& covariance = *set[direction]->covariance;
-  std::vector<double> gradient;
-  for (std::size_t i = 0; i < covariance.order.size(); ++i) {
-    const std::string& symbol = covariance.order[i];
-    gradient.push_back(CalcDerivative(inputs, set, direction, symbol, std::sqrt(covariance.matrix[i][i]), V));
-    sensitivities->push_back({direction, symbol, gradient.back()});
-  }
-  double variance = 0;
-  for (std::size_t i = 0; i < gradient.size(); ++i)
-    for (std::size_t j = 0; j < gradient.size(); ++j) variance += gradient[i] * covariance.matrix[i][j] * gradient[j];
-  return std::max(variance, 0.0);
-}
-
-void AddBounds(const WagonInputs& inputs, const ParameterSet& set, const std::array<double, 2>& coverage,
-               CriticalSpeed* speed) {
+/// To first order. @throws std::runtime_error where the critical speed cannot be followed.
+void AddBounds(const Wagon& wagon, const ParameterSet& set, std::complex<double> lambda, CriticalSpeed* speed) {
   if (!speed->value) return;
-  double squares = 0;
-  for (const Direction direction : kDirections) {
-    if (!set[direction]->covariance) continue;
-    const double factor = coverage[static_cast<std::size_t>(direction)];
-    squares += factor * factor * CalcVariance(inputs, set, direction, *speed->value, &speed->sensitivities);
+  try {
+    const SetScatter scatter(LinksOf(set), {.draws = 0});
+    if (scatter.empty()) return;
+    const Eigen::VectorXd gradient = CalcSpeedGradient(scatter, wagon, {*speed->value, lambda});
+    for (std::size_t i = 0; i < scatter.parameters().size(); ++i) {
+      const UncertainParameter& parameter = scatter.parameters()[i];
+      speed->sensitivities.push_back({parameter.direction, parameter.symbol, gradient[static_cast<Eigen::Index>(i)]});
+    }
+    for (const VarianceShare& share : CalcVarianceShares(scatter, gradient).groups)
+      speed->shares.push_back({share.name, share.share});
+    const double half = kNormalCoverage * std::sqrt(std::max(0.0, gradient.dot(scatter.covariance() * gradient)));
+    speed->low = std::max(0.0, *speed->value - half);
+    speed->high = *speed->value + half;
+  } catch (const std::exception& error) {
+    throw std::runtime_error(fmt::format("no bounds: {}", error.what()));
   }
-  if (speed->sensitivities.empty()) return;
-  speed->low = std::max(0.0, *speed->value - std::sqrt(squares));
-  speed->high = *speed->value + std::sqrt(squares);
 }
 
 // ---------------------------------------------------------------- the hunting run
 
-HuntingRun RunHunting(const Wagon& wagon, double V) {
+/// @param end  the state at the end.
+HuntingRun RunHunting(const Wagon& wagon, double V, WagonState* end) {
   SimulationOptions options;
   options.duration = kHuntingDuration - kHuntingWindow;
   options.window = kHuntingWindow;
@@ -191,6 +144,7 @@ HuntingRun RunHunting(const Wagon& wagon, double V) {
   const auto motion = [&](TrackedMotion m) -> const MotionFigures& {
     return result.motions[static_cast<std::size_t>(m)];
   };
+  *end = result.state;
   HuntingRun run;
   run.wheelset_amplitude = {motion(TrackedMotion::kFrontLateral).amplitude,
                             motion(TrackedMotion::kRearLateral).amplitude};
@@ -229,16 +183,24 @@ WagonInputs ReadWagonWithoutLinks(const ValidateOptions& options, Validation* va
   return inputs;
 }
 
+/// One set and what is known of it beside its row.
+struct SetOnWagon {
+  std::optional<ParameterSet> set;  ///< with both directions
+  WagonState end;                   ///< of its hunting run
+};
+
 /// One of the two things that are done with each set. Writes only to its part of the row, so that both can be done at
 /// once; what fails is returned in words.
-std::string Run(const WagonInputs& inputs, const ParameterSet& set, bool hunting, double V, ValidationRow* row) {
+std::string Run(const WagonInputs& inputs, bool hunting, const ValidateOptions& options, SetOnWagon* of,
+                ValidationRow* row) {
   try {
-    const Wagon wagon = MakeWagonOn(inputs, set);
+    const Wagon wagon = MakeWagonOn(inputs, *of->set);
     if (hunting) {
-      row->hunting = RunHunting(wagon, V);
+      row->hunting = RunHunting(wagon, options.speed, &of->end);
     } else {
-      row->critical_speed = FindCriticalSpeed(wagon);
-      AddBounds(inputs, set, row->set.coverage, &*row->critical_speed);
+      std::complex<double> lambda;
+      row->critical_speed = FindCriticalSpeed(wagon, options.side_by_side, &lambda);
+      AddBounds(wagon, *of->set, lambda, &*row->critical_speed);
     }
     return {};
   } catch (const std::exception& error) {
@@ -246,7 +208,7 @@ std::string Run(const WagonInputs& inputs, const ParameterSet& set, bool hunting
   }
 }
 
-void RunAll(const WagonInputs& inputs, const std::vector<std::optional<ParameterSet>>& sets, Validation* validation) {
+void RunAll(const WagonInputs& inputs, std::vector<SetOnWagon>* sets, Validation* validation) {
   std::vector<ValidationRow>& rows = validation->rows;
   const std::size_t jobs = 2 * rows.size();
   std::vector<std::string> failures(jobs);
@@ -256,7 +218,8 @@ void RunAll(const WagonInputs& inputs, const std::vector<std::optional<Parameter
       [&](std::size_t i) {
         // The hunting runs first: they take longer.
         const std::size_t row = i % rows.size();
-        if (sets[row]) failures[i] = Run(inputs, *sets[row], i < rows.size(), validation->options.speed, &rows[row]);
+        if ((*sets)[row].set)
+          failures[i] = Run(inputs, i < rows.size(), validation->options, &(*sets)[row], &rows[row]);
       },
       [&](std::size_t done) {
         if (progress) progress("on the wagon", static_cast<int>(done), static_cast<int>(jobs));
@@ -265,18 +228,84 @@ void RunAll(const WagonInputs& inputs, const std::vector<std::optional<Parameter
     if (!failures[i].empty()) rows[i % rows.size()].failures.push_back(std::move(failures[i]));
 }
 
+// ---------------------------------------------------------------- what is uncertain about the hunting, and costs
+
+/// Half of the 95 % intervals of the hunting of one set, by HuntingScalars(): of draws that run on from its own
+/// hunting, which they are close to, so that two windows are enough to settle.
+std::vector<ScalarBounds> FindHuntingBounds(const WagonInputs& inputs, const ValidateOptions& options,
+                                            const SetOnWagon& of) {
+  const SetScatter scatter(LinksOf(*of.set), {.draws = static_cast<std::size_t>(options.hunting_draws)});
+  if (scatter.empty()) return {};
+  SimulationOptions simulation;
+  simulation.duration = 2 * kHuntingWindow;
+  simulation.window = kHuntingWindow;
+  return CalcHuntingBounds(scatter, MakeWagonOn(inputs, *of.set), options.speed, of.end, simulation,
+                           {.threads = options.threads});
+}
+
+/// Every row that hunts until its end and has something uncertain.
+void AddHuntingBounds(const WagonInputs& inputs, const std::vector<SetOnWagon>& sets, Validation* validation) {
+  if (validation->options.hunting_draws < 2) return;
+  for (std::size_t i = 0; i < sets.size(); ++i) {
+    ValidationRow& row = validation->rows[i];
+    if (!row.hunting || !row.hunting->end_reason.empty()) continue;
+    try {
+      for (const ScalarBounds& bounds : FindHuntingBounds(inputs, validation->options, sets[i]))
+        if (bounds.nominal && bounds.exists())
+          row.hunting_bounds.push_back({bounds.name, bounds.unit, *bounds.nominal, kNormalCoverage * bounds.std.value});
+    } catch (const std::exception& error) {
+      row.notices.push_back(fmt::format("no bounds of the hunting: {}", error.what()));
+    }
+  }
+}
+
+void AddHuntingCost(const ValidationRow& plain, const ValidationRow& extended, Validation* validation) {
+  for (const char* name : {"front lateral amplitude", "front lateral frequency"}) {
+    const auto a = std::ranges::find(plain.hunting_bounds, name, &HuntingBound::name);
+    const auto b = std::ranges::find(extended.hunting_bounds, name, &HuntingBound::name);
+    if (a == plain.hunting_bounds.end() || b == extended.hunting_bounds.end()) continue;
+    validation->cause_cost.push_back({.name = name,
+                                      .unit = a->unit,
+                                      .plain = a->value,
+                                      .extended = b->value,
+                                      .plain_half = a->half,
+                                      .extended_half = b->half});
+  }
+}
+
+/// Plain against extended model, where both are given, and the draws that this and a comparison need.
+void AddUncertainty(const WagonInputs& inputs, const std::vector<SetOnWagon>& sets, Validation* validation) {
+  const std::vector<ValidationRow>& rows = validation->rows;
+  const auto find = [&](const char* role) {
+    return std::ranges::find_if(rows, [&](const ValidationRow& row) { return row.set.role == role; });
+  };
+  const auto plain = find("identified_plain"), extended = find("identified");
+  const bool both = plain != rows.end() && extended != rows.end();
+  if (both || validation->options.side_by_side) AddHuntingBounds(inputs, sets, validation);
+  if (!both) return;
+  if (const std::optional<CauseCost> cost = CalcSpeedCost(*plain, *extended)) validation->cause_cost.push_back(*cost);
+  AddHuntingCost(*plain, *extended, validation);
+}
+
+/// The sets given, then sets 1 and 2 unless they stand for themselves.
+std::vector<ValidationSet> ListSets(const std::vector<ValidationSet>& given, const ValidationSet& set1,
+                                    bool side_by_side) {
+  std::vector<ValidationSet> all = given;
+  if (side_by_side) return all;
+  all.push_back(set1);
+  all.push_back(ReadShipped("set2"));
+  return all;
+}
+
 void Validate(const std::vector<ValidationSet>& given, Validation* validation) {
   const WagonInputs inputs = ReadWagonWithoutLinks(validation->options, validation);
   const ValidationSet set1 = ReadShipped("set1");
-  std::vector<ValidationSet> all = given;
-  all.push_back(set1);
-  all.push_back(ReadShipped("set2"));
-  std::vector<std::optional<ParameterSet>> sets;  // with both directions
-  for (ValidationSet& set : all) {
+  std::vector<SetOnWagon> sets;
+  for (ValidationSet& set : ListSets(given, set1, validation->options.side_by_side)) {
     ValidationRow row{.set = std::move(set), .critical_speed = {}, .hunting = {}, .notices = {}, .failures = {}};
     sets.emplace_back();
     try {
-      sets.back() = Complete(row.set.set, set1, &row.notices);
+      sets.back().set = Complete(row.set.set, set1, &row.notices);
     } catch (const std::exception& error) {
       row.failures.emplace_back(error.what());
     }
@@ -284,7 +313,8 @@ void Validate(const std::vector<ValidationSet>& given, Validation* validation) {
         {.role = "set", .name = row.set.set.name, .file = row.set.file, .sha256 = row.set.sha256});
     validation->rows.push_back(std::move(row));
   }
-  RunAll(inputs, sets, validation);
+  RunAll(inputs, &sets, validation);
+  AddUncertainty(inputs, sets, validation);
 }
 
 }  // namespace

@@ -22,7 +22,14 @@ const char* Name(Direction direction);
 struct Covariance {
   std::vector<std::string> order;
   std::vector<std::vector<double>> matrix;
+  /// Half of a 95 % interval in standard deviations: 1.96 where the errors are known, more where they come from few
+  /// records (Student: 2.26 for ten, 4.30 for three). None: 1.96.
+  std::optional<double> coverage = {};
+  /// Standard deviation between links by symbol, in the unit of the parameter, where records do not share their link:
+  /// how far one link is from another, which more records do not make smaller. Empty where nothing is known of it.
+  std::map<std::string, double> spread = {};
 };
+inline constexpr double kNormalCoverage = 1.96;  ///< where a covariance has none
 
 /// An effect beside the plain model: identifier of the catalogue and its parameters by symbol.
 struct EffectValues {

@@ -7,6 +7,7 @@
 #include <cmath>
 #include <iterator>
 #include <string_view>
+#include <utility>
 
 #include "reports/csv.h"
 #include "reports/figure_layout.h"
@@ -150,6 +151,8 @@ class Script {
       Add("set label {} at first {},{} left noenhanced offset 0.6,0.4 front\n", Quote(note.text), note.x, note.y);
     }
     AddPlot(p);
+    for (const auto& [name, axis] : {std::pair{'x', &panel.x}, std::pair{'y', &panel.y}})
+      if (!axis->numbers) Add("set {}tics nomirror out scale 0.6\n", name);
   }
 
   double Width(double pixels) const { return pixels / figure_.width; }
@@ -157,6 +160,7 @@ class Script {
 
   void AddAxis(char name, const FigureAxis& axis, const AxisRange& range) {
     if (axis.log) Add("set logscale {}\n", name);
+    if (!axis.numbers) Add("unset {}tics\n", name);
     Add("set format {} '{}'\n", name, axis.log ? "10^{%L}" : "%h");
     if (axis.reversed) {
       Add("set {}range [{}:{}]\n", name, range.high, range.low);

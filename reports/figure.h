@@ -24,6 +24,7 @@ struct FigureAxis {
   std::string unit = {};   ///< "mm"; empty for a number without dimension
   bool log = false;        ///< logarithmic; values <= 0 are not drawn
   bool reversed = false;   ///< grows to the left, or downwards
+  bool numbers = true;     ///< or no tics: places without a measure, such as bars with notes
   std::optional<double> low = std::nullopt;
   std::optional<double> high = std::nullopt;
 };

@@ -6,6 +6,7 @@
 #include <CLI/CLI.hpp>
 #include <charconv>
 #include <cmath>
+#include <csignal>
 #include <filesystem>
 #include <iostream>
 #include <map>
@@ -227,6 +228,33 @@ void FigureWriter::WriteText(const std::string& name, const std::string& content
 
 std::string FigureWriter::Written() const {
   return files_.empty() ? "" : fmt::format("Written: {}\n", fmt::join(files_, " "));
+}
+
+namespace {
+volatile std::sig_atomic_t interrupted = 0;
+/// The second time it is meant as it is.
+void OnSignal(int signal) {
+  interrupted = 1;
+  std::signal(signal, SIG_DFL);
+}
+}  // namespace
+
+InterruptGuard::InterruptGuard() {
+  std::signal(SIGINT, OnSignal);
+  std::signal(SIGTERM, OnSignal);
+}
+
+InterruptGuard::~InterruptGuard() {
+  std::signal(SIGINT, SIG_DFL);
+  std::signal(SIGTERM, SIG_DFL);
+}
+
+bool InterruptGuard::Interrupted() { return interrupted != 0; }
+
+std::string FormatDuration(double s) {
+  if (s < 60) return fmt::format("{:.0f} s", std::ceil(s));
+  if (s < 3600) return fmt::format("{:.0f} min {:.0f} s", std::floor(s / 60), std::floor(std::fmod(s, 60)));
+  return fmt::format("{:.0f} h {:.0f} min", std::floor(s / 3600), std::floor(std::fmod(s, 3600) / 60));
 }
 
 Progress::Progress(const Output& output)

@@ -9,10 +9,13 @@
 #include <csignal>
 #include <filesystem>
 #include <memory>
+#include <nlohmann/json.hpp>
 #include <optional>
 
+#include "vehicle/command_bounds.h"
 #include "vehicle/commands.h"
-#include "vehicle/equilibrium.h"
+#include "vehicle/hunting/bounds_report.h"
+#include "vehicle/hunting/hunting_bounds.h"
 #include "vehicle/mat_file.h"
 #include "vehicle/report_json.h"
 #include "vehicle/simulation.h"
@@ -36,16 +39,11 @@ struct Arguments {
   double tolerance = IntegratorOptions{}.tolerance;
   std::string state_file;
   bool resume = false;
+  BoundsArguments bounds;
 };
 
 volatile std::sig_atomic_t interrupted = 0;
 void OnInterrupt(int) { interrupted = 1; }
-
-/// Where a run starts, and what to call it.
-struct Start {
-  WagonState state;
-  std::string words;
-};
 
 /// What a saved run must have in common with the one that goes on from it.
 std::string Identity(const WagonInputs& inputs, const Arguments& arguments) {
@@ -76,36 +74,13 @@ void CheckSampleCount(const Arguments& arguments, const WagonState& start) {
                                arguments.output_hz));
 }
 
-/// A wheelset beyond the contact table is on no rail.
-void CheckOnRails(const Wagon& wagon, const WagonState& state, const std::string& start) {
-  const double reach = std::min(-wagon.contact.y_min(), wagon.contact.y_max());
-  for (const double y : {state.x[wheelset::kY], state.x[kRearWheelset + wheelset::kY]}) {
-    if (std::abs(y) < reach) continue;
-    throw UsageError(
-        fmt::format("--start: expected wheelsets within the contact table, {:g} mm to either side, "
-                    "found one at {:g} mm after {}",
-                    1e3 * reach, 1e3 * y, start));
-  }
-}
-
 /// From the saved run if there is one, with --resume; else as --start says.
-Start FindStart(const Arguments& arguments, const Wagon& wagon, const std::string& identity) {
+RunStart FindStart(const Arguments& arguments, const Wagon& wagon, const std::string& identity) {
   if (arguments.resume && std::filesystem::exists(arguments.state_file)) {
     const SavedState saved = ReadStateFile(arguments.state_file, wagon, identity);
     return {saved.state, fmt::format("resumed from {} at {:g} s", arguments.state_file, saved.state.t)};
   }
-  const std::string& text = arguments.start;
-  std::error_code ignored;
-  if (text != "equilibrium" && (text.find('=') == std::string::npos || std::filesystem::exists(text, ignored))) {
-    Start start{ReadStateFile(text, wagon, "").state, "the state of " + text};
-    start.state.t = 0;
-    return start;
-  }
-  if (text == "equilibrium") return {FindEquilibrium(wagon, arguments.speed), "running equilibrium"};
-  const Perturbation by = ParsePerturbation(text);  // before the equilibrium is looked for
-  Start start{Perturb(wagon, FindEquilibrium(wagon, arguments.speed), by), "running equilibrium with " + text};
-  CheckOnRails(wagon, start.state, text);
-  return start;
+  return MakeRunStart(arguments.start, wagon, arguments.speed);
 }
 
 /// Keeps the last state from which a run can go on bit by bit, and writes it from time to time.
@@ -168,18 +143,29 @@ void WriteFiles(const SimulationRun& run, const std::string& json, FigureWriter*
   files->WriteText(run.start_s > 0 ? fmt::format("simulation_from_{:g}s.json", run.start_s) : "simulation.json", json);
 }
 
+/// Every draw runs on from where the run has ended, for as long as it took and at most kDrawDuration.
+std::vector<ScalarBounds> FindBounds(const Arguments& arguments, const SetScatter& scatter, const Wagon& wagon,
+                                     const SimulationResult& result, const Progress& progress) {
+  constexpr double kDrawDuration = 30;  // [s]
+  SimulationOptions options;
+  options.duration = std::min(result.simulated, std::max(kDrawDuration, arguments.window));
+  options.window = arguments.window;
+  options.end_at_wheel_lift = !arguments.through_wheel_lift;
+  options.integrator.tolerance = arguments.tolerance;
+  return CalcHuntingBounds(scatter, wagon, arguments.speed, result.state, options,
+                           MakePropagateOptions(progress, "runs of the draws"));
+}
+
 int RunSimulate(const Arguments& arguments) {
   if (arguments.resume && arguments.state_file.empty())
     throw UsageError("--resume: expected --save-state FILE beside it, found none");
-  std::error_code ignored;
-  if (arguments.start.find('=') != std::string::npos && !std::filesystem::exists(arguments.start, ignored))
-    ParsePerturbation(arguments.start);
+  CheckRunStart(arguments.start);
   CheckWritable(arguments.output, {arguments.state_file});
   const WagonInputs inputs = ReadWagonInputs(arguments.choice);
   PrintNotices(inputs.notices);
   const Wagon wagon = MakeWagon(inputs);
   const std::string identity = Identity(inputs, arguments);
-  const Start start = FindStart(arguments, wagon, identity);
+  const RunStart start = FindStart(arguments, wagon, identity);
   if (!(arguments.until > start.state.t)) {
     throw UsageError(fmt::format("--time: expected more than the {:g} s that {} has run, found {:g}", start.state.t,
                                  arguments.state_file, arguments.until));
@@ -192,17 +178,28 @@ int RunSimulate(const Arguments& arguments) {
   std::signal(SIGINT, OnInterrupt);  // ends the run, not the program: what was simulated is written
   const SimulationResult result = Simulate(wagon, arguments.speed, start.state, options);
   std::signal(SIGINT, SIG_DFL);
-  progress.Clear();
   checkpoints.Write();
+  const bool whole = result.end == SimulationEnd::kDuration;
+  const std::optional<SetScatter> scatter = whole ? MakeScatter(arguments.bounds, inputs) : std::nullopt;
+  const std::vector<ScalarBounds> bounds =
+      scatter ? FindBounds(arguments, *scatter, wagon, result, progress) : std::vector<ScalarBounds>{};
+  progress.Clear();
 
   const SimulationRun run{inputs, result, start.words, start.state.t, arguments.window};
-  const std::string json = FormatSimulationJson(run);
+  std::string json = FormatSimulationJson(run), text = FormatSimulation(run);
+  if (scatter) {
+    Json told = {{"scatter", ScatterToJson(*scatter)}};
+    for (const ScalarBounds& scalar : bounds) told[scalar.name] = BoundsToJson(scalar);
+    json = WithKey(json, "bounds", told);
+    text += "\n" + FormatBounds(*scatter, bounds);
+  }
   FigureWriter files(arguments.output);
   WriteFiles(run, json, &files);
+  if (scatter) WriteBounds(fmt::format("{:g} m/s, {}", arguments.speed, inputs.freight.name), *scatter, bounds, &files);
   PrintNotices(files.notices());
   if (result.end != SimulationEnd::kDuration) fmt::print(stderr, "wagon: the run ended early: {}\n", result.end_reason);
-  Emit(arguments.output, FormatSimulation(run) + files.Written(), json);
-  return result.end == SimulationEnd::kDuration && files.complete() ? kAllDone : kSomeLeftOut;
+  Emit(arguments.output, text + files.Written(), json);
+  return whole && files.complete() ? kAllDone : kSomeLeftOut;
 }
 
 }  // namespace
@@ -244,6 +241,7 @@ Command AddSimulateCommand(CLI::App* program) {
       ->type_name("FILE");
   app->add_flag("--resume", arguments->resume,
                 "go on from the file of --save-state, if it is there; bit by bit as one run");
+  AddBoundsOptions(app, &arguments->bounds, 0);
   AddOutputOptions(app, &arguments->output, "out");
   AddWagonOptions(app, &arguments->choice);
   app->footer(

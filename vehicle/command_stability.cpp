@@ -3,10 +3,19 @@
 #include <fmt/format.h>
 
 #include <CLI/CLI.hpp>
+#include <algorithm>
+#include <array>
 #include <chrono>
 #include <memory>
+#include <nlohmann/json.hpp>
+#include <optional>
+#include <vector>
 
+#include "vehicle/command_bounds.h"
 #include "vehicle/commands.h"
+#include "vehicle/hunting/bounds_report.h"
+#include "vehicle/hunting/hopf.h"
+#include "vehicle/hunting/speed_bounds.h"
 #include "vehicle/stability.h"
 #include "vehicle/stability_report.h"
 
@@ -17,7 +26,36 @@ struct Arguments {
   WagonChoice choice;
   Output output;
   StabilityOptions options;
+  BoundsArguments bounds;
+  bool no_type = false;
 };
+
+/// Cycles of these sizes are looked at [m]: the one that decides, and smaller ones that could contradict it.
+constexpr std::array<double, 3> kTypeSizes{1e-5, 3e-5, 1e-4};
+
+std::vector<CrossingType> FindTypes(const Wagon& wagon, const std::vector<Crossing>& crossings) {
+  HopfOptions options;
+  options.sizes.assign(kTypeSizes.begin(), kTypeSizes.end());
+  std::vector<CrossingType> types;
+  for (const Crossing& crossing : crossings) {
+    const HopfPoint hopf = ExamineHopf(wagon, crossing, options);
+    types.push_back({.type = hopf.type ? HopfTypeName(*hopf.type) : "",
+                     .decided_at = options.type_size,
+                     .other_below = hopf.other_below.value_or(0),
+                     .reason = hopf.reason});
+  }
+  return types;
+}
+
+/// The linear critical speed that was found, with what the draws make of it.
+SpeedBounds FindBounds(const Arguments& arguments, const SetScatter& scatter, const Wagon& wagon,
+                       const StabilityResult& result, const Progress& progress) {
+  const auto critical = std::ranges::find_if(
+      result.crossings, [&](const Crossing& crossing) { return crossing.V == *result.linear_critical_speed; });
+  return CalcSpeedBounds(scatter, wagon, KnownCrossing{critical->V, critical->mode.lambda},
+                         {.from = arguments.options.from, .to = std::max(arguments.options.to, 2 * critical->V)},
+                         MakePropagateOptions(progress, "critical speeds of the draws"));
+}
 
 int RunStability(const Arguments& arguments) {
   if (!(arguments.options.from < arguments.options.to)) {
@@ -37,17 +75,31 @@ int RunStability(const Arguments& arguments) {
     progress.Show(fmt::format("eigenvalues at {:.2f} of {:g} m/s", V, options.to));
   };
   const StabilityResult result = FindCrossings(wagon, options);
+  if (!arguments.no_type) progress.Show("types of the crossings");
+  const std::vector<CrossingType> types =
+      arguments.no_type ? std::vector<CrossingType>{} : FindTypes(wagon, result.crossings);
+  const std::optional<SetScatter> scatter =
+      result.linear_critical_speed ? MakeScatter(arguments.bounds, inputs) : std::nullopt;
+  std::optional<SpeedBounds> bounds;
+  if (scatter) bounds = FindBounds(arguments, *scatter, wagon, result, progress);
   progress.Clear();
 
   const std::chrono::duration<double> wall = std::chrono::steady_clock::now() - begin;
-  const StabilityRun run{inputs, result, roots, arguments.options, wall.count()};
-  const std::string json = FormatStabilityJson(run);
+  const StabilityRun run{inputs, result, roots, arguments.options, wall.count(), types};
+  std::string json = FormatStabilityJson(run), text = FormatStability(run);
+  if (bounds) {
+    json = WithLowAndHigh(json, "linear_critical_speed", bounds->speed);
+    json = WithKey(json, "bounds",
+                   {{"scatter", ScatterToJson(*scatter)}, {"linear_critical_speed", SpeedBoundsToJson(*bounds)}});
+    text += "\n" + FormatSpeedBounds(*scatter, *bounds);
+  }
   FigureWriter files(arguments.output);
   files.WriteText("eigenvalues.csv", FormatCsv(RootColumns(run)));
   files.Write("root_locus", RootLocusFigure(run), false);
+  if (bounds) WriteBounds("linear critical speed, " + inputs.freight.name, *scatter, {bounds->speed}, &files);
   files.WriteText("stability.json", json);
   PrintNotices(files.notices());
-  Emit(arguments.output, FormatStability(run) + files.Written(), json);
+  Emit(arguments.output, text + files.Written(), json);
   return files.complete() ? kAllDone : kSomeLeftOut;
 }
 
@@ -75,14 +127,18 @@ Command AddStabilityCommand(CLI::App* program) {
       ->check(CheckBetween(1e-12, 1, "m/s"))
       ->capture_default_str();
   app->add_flag("--first", options.first_only, "stop at the first critical speed");
+  app->add_flag("--no-type", arguments->no_type, "do not ask whether hunting sets in gently or with a jump");
+  AddBoundsOptions(app, &arguments->bounds, 200);
   AddOutputOptions(app, &arguments->output, "out");
   AddWagonOptions(app, &arguments->choice);
   app->footer(
       "Examples:\n"
       "  wagon stability --set set1 --geometry thesis-equivalent\n"
       "  wagon stability --set set2 --cargo packed --to 60\n"
+      "  wagon stability --set out/parameters.toml --draws 1000 --corner-scatter 3     # 95 % bounds\n"
       "  wagon stability --json - --quiet | jq .linear_critical_speed.value\n\n"
-      "Writes eigenvalues.csv, root_locus.svg and stability.json to the folder of --out.");
+      "Writes eigenvalues.csv, root_locus.svg and stability.json to the folder of --out, and where the set has a\n"
+      "covariance bounds.svg and bounds_draws.csv.");
   return {app, [arguments] { return RunStability(*arguments); }};
 }
 

@@ -27,9 +27,13 @@ struct Command {
 
 Command AddSimulateCommand(CLI::App* program);
 Command AddStabilityCommand(CLI::App* program);
+Command AddBifurcationCommand(CLI::App* program);
+Command AddSpectrumCommand(CLI::App* program);
 Command AddContactCommand(CLI::App* program);
 Command AddInertiaCommand(CLI::App* program);
 Command AddElementCommand(CLI::App* program);
+Command AddSweepCommand(CLI::App* program);
+Command AddReproduceCommand(CLI::App* program);
 
 // Speeds that options take [m/s]: creepages grow without bound towards zero, and no track has the highest.
 inline constexpr double kLowestSpeed = 0.01;
@@ -91,6 +95,19 @@ class FigureWriter {
   std::vector<std::string> files_;
   std::vector<std::string> notices_;
 };
+
+/// While it lives, Ctrl-C and a polite kill end what is being computed, not the program.
+class InterruptGuard {
+ public:
+  InterruptGuard();
+  ~InterruptGuard();
+  InterruptGuard(const InterruptGuard&) = delete;
+  InterruptGuard& operator=(const InterruptGuard&) = delete;
+  static bool Interrupted();
+};
+
+/// "37 s", "2 min 5 s", "1 h 3 min".
+std::string FormatDuration(double s);
 
 /// Progress for a person at a terminal, on standard error; silent otherwise.
 class Progress {

@@ -36,9 +36,9 @@ T CalcStopForce(const GuidanceStop& stop, int side, const T& d) {
   if (side == 0) return T(0);
   return (-stop.k * side) * CalcPenetration(stop, side, d);
 }
-/// The side found out from d. V is a scalar or Lanes.
-template <typename V>
-[[gnu::always_inline]] inline V CalcStopForce(const GuidanceStop& stop, const V& d) {
+/// The side found out from d. V is a scalar or Lanes; Stop is GuidanceStop, or has its numbers in Lanes.
+template <typename Stop, typename V>
+[[gnu::always_inline]] inline V CalcStopForce(const Stop& stop, const V& d) {
   const V zero(0.0);
   const V beyond = Choose(d < zero, d + stop.clearance, d - stop.clearance);
   return -(stop.k * Choose(d * d < V(stop.clearance * stop.clearance), zero, beyond));

@@ -15,6 +15,7 @@
 #include "vehicle/runge_kutta.h"
 #include "vehicle/sundials_memory.h"
 #include "vehicle/sundials_vector.h"
+#include "vehicle/wagon_guards.h"
 
 namespace uiclink {
 namespace {
@@ -33,8 +34,8 @@ struct ArkodeTable {
 };
 constexpr std::array<ArkodeTable, 7> kArkodeTables{
     {{"ARKODE_BOGACKI_SHAMPINE_4_2_3", ARKODE_BOGACKI_SHAMPINE_4_2_3},
-     // Its solution of order 4 has four stages: 1 + z + z^2/2 + z^3/6 + z^4/24, as the classical method.
-     {"ARKODE_ZONNEVELD_5_3_4", ARKODE_ZONNEVELD_5_3_4, 2.785, 2.828},
+     // Its solution of order 4 has four stages, as the classical method.
+     {"ARKODE_ZONNEVELD_5_3_4", ARKODE_ZONNEVELD_5_3_4, kClassicalRealExtent, kClassicalImaginaryExtent},
      {"ARKODE_SAYFY_ABURUB_6_3_4", ARKODE_SAYFY_ABURUB_6_3_4},
      {"ARKODE_CASH_KARP_6_4_5", ARKODE_CASH_KARP_6_4_5},
      {"ARKODE_FEHLBERG_6_4_5", ARKODE_FEHLBERG_6_4_5},
@@ -96,6 +97,19 @@ StateVector<double> CalcErrorScales(const Wagon& wagon) {
   return scales;
 }
 
+double CalcStableStep(const Wagon& wagon, double V, double real_extent, double imaginary_extent) {
+  if (real_extent == 0) return std::numeric_limits<double>::infinity();
+  const ContactCurve::Place place = wagon.contact.Find(0.0);
+  const WheelContact<double> c = ContactCurve::Evaluate(wagon.contact.cubic(place.cell), place.t);
+  const WheelsetInertia& m = wagon.wheelset;
+  double load = 0;
+  for (const Wagon::Corner& corner : wagon.corners) load = std::max(load, corner.load);
+  const double root = std::cbrt((load + 0.5 * m.m * wagon.g) / c.n);  // sqrt(q)
+  const double creep = 2 * c.f11 * root * root * (1 / m.m + c.r * c.r / m.I_y) / V;
+  const double bounce = std::sqrt(3 * c.n * root * std::max(1 / m.m, c.a * c.a / m.I_x));
+  return std::min(real_extent / creep, imaginary_extent / bounce);
+}
+
 double FindTrackLimit(const ContactCurve& contact) {
   const double end = std::min(contact.y_max(), -contact.y_min());
   const auto sine = [&](double y) {
@@ -124,17 +138,13 @@ double FindTrackLimit(const ContactCurve& contact) {
 class Integrator::Impl {
  public:
   Impl(const Wagon& wagon, const IntegratorOptions& options)
-      : wagon_(wagon), leaf_(wagon.options.suspension == Suspension::kLeaf) {
+      : wagon_(wagon), leaf_(wagon.options.suspension == Suspension::kLeaf), guards_(wagon) {
     if (!(options.tolerance > 0) || !std::isfinite(options.tolerance))
       throw std::invalid_argument("the tolerance of an integration must be positive");
-    for (const auto* links : {&wagon.longitudinal, &wagon.lateral})
-      for (const Link& link : *links) needs_acceleration_ = needs_acceleration_ || link.needs_acceleration();
-    ListGuards();
     y_ = Owner<N_Vector>(NewStateVector(context_.get()));
     interpolated_ = Owner<N_Vector>(N_VClone(y_.get()));
     std::fill_n(Data(y_.get()), kMaxState, 0.0);
     Create(options);
-    limit_ = FindTrackLimit(wagon.contact);
   }
 
   void Start(double V, const WagonState& state) {
@@ -148,17 +158,17 @@ class Integrator::Impl {
     AddCounts();
     Check(ERKStepReInit(arkode_.get(), &Rate, state.t, y_.get()));
     Check(ERKStepSetInitStep(arkode_.get(), kFirstStep));
-    Check(ERKStepSetMaxStep(arkode_.get(), CalcLargestStep()));
+    const double stable = CalcStableStep(wagon_, V, real_extent_, imaginary_extent_);
+    Check(ERKStepSetMaxStep(arkode_.get(), std::min(max_step_, stable)));
     pending_ = false;
     have_forces_ = false;
+    stage_time_ = std::numeric_limits<double>::quiet_NaN();
     derailed_ = false;
     message_.clear();
     // A state on an event, or one put together by hand, may be beyond the end of its mode.
     AsState(y_.get()) = state_.x;
-    SettleLinks();
+    guards_.Start(V, &state_);
     step_links_ = state_.links;
-    leaf_travel_.fill(0);
-    if (leaf_) FollowLeaves();
   }
 
   Advance Step(double t_stop) {
@@ -173,9 +183,9 @@ class Integrator::Impl {
     state_.t = t;
     state_.x = AsState(y_.get());
     have_forces_ = false;
-    if (leaf_) FollowLeaves();
+    guards_.FollowLeaves(state_.x);
     if (flag == ARK_ROOT_RETURN) return PassEvent();
-    if (first_same_as_last_) {  // the last stage was at the end of the step
+    if (first_same_as_last_ || stage_time_ == t) {  // the last right-hand side was at the end of the step
       std::swap(current_, stage_);
       have_forces_ = true;
     }
@@ -217,28 +227,7 @@ class Integrator::Impl {
   const Wagon& wagon() const { return wagon_; }
 
  private:
-  enum class GuardKind : std::uint8_t { kLinks, kTrack, kLongitudinalStop, kLateralStop, kStage, kLeafReversal };
-  struct Guard {
-    GuardKind kind;
-    std::size_t corner;
-  };
-  static constexpr std::size_t kMaxGuards = 1 + 1 + 4 + 2 + 4;
-
   static Impl& Self(void* self) { return *static_cast<Impl*>(self); }
-
-  void ListGuards() {
-    const auto add = [this](GuardKind kind, std::size_t corner) { guards_[guard_count_++] = {kind, corner}; };
-    add(GuardKind::kLinks, 0);  // the least margin of all: what has come to its end changes over (LinkState::Switch)
-    add(GuardKind::kTrack, 0);
-    if (wagon_.options.guidance) {
-      for (std::size_t i = 0; i < kCorners; ++i) add(GuardKind::kLongitudinalStop, i);
-      for (std::size_t i : {0, 2}) add(GuardKind::kLateralStop, i);  // both boxes of a wheelset touch together
-    }
-    if (wagon_.options.suspension == Suspension::kParabolic)
-      for (std::size_t i = 0; i < kCorners; ++i) add(GuardKind::kStage, i);
-    if (leaf_)
-      for (std::size_t i = 0; i < kCorners; ++i) add(GuardKind::kLeafReversal, i);
-  }
 
   void Create(const IntegratorOptions& options) {
     const std::string method = options.method.empty() ? std::string(kDefaultMethod) : options.method;
@@ -264,88 +253,21 @@ class Integrator::Impl {
     Check(ERKStepSetInterpolantType(arkode_.get(), ARK_INTERP_HERMITE));
     Check(ERKStepSetInterpolantDegree(arkode_.get(), 3));
     Check(ERKStepSetMaxNumSteps(arkode_.get(), -1));
-    Check(ERKStepRootInit(arkode_.get(), static_cast<int>(guard_count_), &Guards));
+    Check(ERKStepRootInit(arkode_.get(), static_cast<int>(guards_.size()), &Guards));
     Check(ERKStepSetNoInactiveRootWarn(arkode_.get()));
-    std::array<int, kMaxGuards> direction{};
-    for (std::size_t i = 0; i < guard_count_; ++i) {
-      const GuardKind kind = guards_[i].kind;
-      const bool falling = kind == GuardKind::kLinks || kind == GuardKind::kTrack || kind == GuardKind::kLeafReversal;
-      direction[i] = falling ? -1 : 0;
-    }
+    std::array<int, WagonGuards::kMost> direction{};
+    for (std::size_t i = 0; i < guards_.size(); ++i) direction[i] = WagonGuards::IsFalling(guards_[i].kind) ? -1 : 0;
     Check(ERKStepSetRootDirection(arkode_.get(), direction.data()));
   }
 
-  /// The step at which the method stops being stable, for a wagon at rest on straight track: beyond it the control of
-  /// the step size would have to find out by failing. With
-  ///   creep between rolling and rotation  f11 q (1/m + r^2/I_y) 2/V,   Hertz contact  w^2 = 3 n sqrt(q) max(1/m,
-  ///   a^2/I_x).
-  double CalcLargestStep() const {
-    if (real_extent_ == 0) return max_step_;
-    const ContactCurve::Place place = wagon_.contact.Find(0.0);
-    const WheelContact<double> c = ContactCurve::Evaluate(wagon_.contact.cubic(place.cell), place.t);
-    const WheelsetInertia& m = wagon_.wheelset;
-    double load = 0;
-    for (const Wagon::Corner& corner : wagon_.corners) load = std::max(load, corner.load);
-    const double root = std::cbrt((load + 0.5 * m.m * wagon_.g) / c.n);  // sqrt(q)
-    const double creep = 2 * c.f11 * root * root * (1 / m.m + c.r * c.r / m.I_y) / V_;
-    const double bounce = std::sqrt(3 * c.n * root * std::max(1 / m.m, c.a * c.a / m.I_x));
-    return std::min({max_step_, real_extent_ / creep, imaginary_extent_ / bounce});
-  }
-
-  /// Displacement, speed and acceleration along a link.
-  struct LinkMotion {
-    double d, v, a;
-  };
-  LinkMotion CalcLinkMotion(bool longitudinal, std::size_t corner, const StateVector<double>& x,
-                            const StateVector<double>& rate) const {
-    const CornerDeflection<double> at = CalcDeflection(wagon_, x, corner);
-    const CornerDeflection<double> moves = CalcDeflection(wagon_, rate, corner);
-    return longitudinal ? LinkMotion{at.dx, at.vx, moves.vx} : LinkMotion{at.dy, at.vy, moves.vy};
-  }
-
-  /// Lets the joints of one link change over where they have to. Returns whether any did.
-  bool SwitchLink(bool longitudinal, std::size_t corner, const StateVector<double>& x) {
-    const Link& link = (longitudinal ? wagon_.longitudinal : wagon_.lateral)[corner];
-    LinkState& links = (longitudinal ? state_.links.longitudinal : state_.links.lateral)[corner];
-    bool changed = false;
-    // Once, or with limits that depend on speed until the acceleration after the change agrees (link.h).
-    for (int i = 0; i < 32; ++i) {
-      if (needs_acceleration_) CalcRate(wagon_, V_, state_.links, x, &rate_);
-      const LinkMotion m = CalcLinkMotion(longitudinal, corner, x, rate_);
-      if (!links.Switch(link, m.d, m.v, m.a)) break;
-      changed = true;
-      if (!link.needs_acceleration()) break;
-    }
-    return changed;
-  }
-
-  void SettleLinks() {
-    for (std::size_t i = 0; i < kCorners; ++i) {
-      SwitchLink(true, i, state_.x);
-      SwitchLink(false, i, state_.x);
-    }
-    have_forces_ = false;
-  }
-
-  /// Brings the directions in which leaf springs move up to date.
-  void FollowLeaves() {
-    for (std::size_t i = 0; i < kCorners; ++i) {
-      const double v = CalcDeflection(wagon_, state_.x, i).vs;
-      std::int8_t& travel = leaf_travel_[i];
-      // An event is found to within rounding of -kLeafAtRest.
-      if (travel == 0 ? std::abs(v) > kLeafAtRest : travel * v <= -0.5 * kLeafAtRest)
-        travel = static_cast<std::int8_t>(v > 0 ? 1 : -1);
-    }
-  }
-
   Advance PassEvent() {
-    std::array<int, kMaxGuards> crossed{};
+    std::array<int, WagonGuards::kMost> crossed{};
     Check(ERKStepGetRootInfo(arkode_.get(), crossed.data()));
     step_links_ = state_.links;
-    for (std::size_t i = 0; i < guard_count_; ++i) {
+    for (std::size_t i = 0; i < guards_.size(); ++i) {
       if (crossed[i] == 0) continue;
-      if (guards_[i].kind == GuardKind::kLinks) SettleLinks();
-      if (guards_[i].kind == GuardKind::kTrack) derailed_ = true;
+      if (guards_[i].kind == WagonGuards::Kind::kLinks) guards_.Settle(&state_);
+      if (guards_[i].kind == WagonGuards::Kind::kTrack) derailed_ = true;
       // Guidance and springs know themselves on which side they are, or which way they go; the step had to end here.
     }
     ++before_.events;
@@ -378,10 +300,13 @@ class Integrator::Impl {
                              " s: " + (message_.empty() ? std::string("out of memory") : message_));
   }
 
-  static int Rate(realtype, N_Vector x, N_Vector rate, void* self) {
+  static int Rate(realtype t, N_Vector x, N_Vector rate, void* self) {
     Impl& me = Self(self);
-    if (me.first_same_as_last_) {
+    // ARKODE keeps the rate at the begin of a step, and so that at its end, where it has put the very first one.
+    if (me.first_rate_ == nullptr) me.first_rate_ = rate;
+    if (me.first_same_as_last_ || rate == me.first_rate_) {
       CalcForces(me.wagon_, me.V_, me.state_.links, AsState(x), &AsState(rate), me.stage_);
+      me.stage_time_ = t;
     } else {
       CalcRate(me.wagon_, me.V_, me.state_.links, AsState(x), &AsState(rate));
     }
@@ -394,64 +319,17 @@ class Integrator::Impl {
   }
 
   static int Guards(realtype, N_Vector vector, realtype* values, void* self) {
-    Self(self).CalcGuards(AsState(vector), values);
+    const Impl& me = Self(self);
+    me.guards_.Calc(me.state_.links, AsState(vector), values);
     return 0;
-  }
-
-  static constexpr double kFar = 1;  ///< [m]; links without joints have no event at all
-  /// A leaf spring has reversed when it goes back at this speed [m/s]: rounding of a wagon at rest makes no events.
-  static constexpr double kLeafAtRest = 1e-10;
-
-  void CalcGuards(const StateVector<double>& x, double* values) {
-    if (needs_acceleration_) CalcRate(wagon_, V_, state_.links, x, &guard_rate_);
-    std::array<CornerDeflection<double>, kCorners> at, moves;
-    for (std::size_t i = 0; i < kCorners; ++i) {
-      at[i] = CalcDeflection(wagon_, x, i);
-      if (needs_acceleration_) moves[i] = CalcDeflection(wagon_, guard_rate_, i);
-    }
-    for (std::size_t i = 0; i < guard_count_; ++i) {
-      const std::size_t c = guards_[i].corner;
-      switch (guards_[i].kind) {
-        case GuardKind::kLinks:
-          values[i] = std::numeric_limits<double>::infinity();
-          for (std::size_t k = 0; k < kCorners; ++k) {
-            const LinkState& x_links = state_.links.longitudinal[k];
-            const LinkState& y_links = state_.links.lateral[k];
-            values[i] =
-                std::min({values[i], x_links.CalcMargin(wagon_.longitudinal[k], at[k].dx, at[k].vx, moves[k].vx),
-                          y_links.CalcMargin(wagon_.lateral[k], at[k].dy, at[k].vy, moves[k].vy)});
-          }
-          if (values[i] > kFar) values[i] = kFar;
-          break;
-        case GuardKind::kLongitudinalStop:
-          values[i] = std::abs(at[c].dx) - wagon_.guidance.longitudinal.clearance;
-          break;
-        case GuardKind::kLateralStop:
-          values[i] = std::abs(at[c].dy) - wagon_.guidance.lateral.clearance;
-          break;
-        case GuardKind::kStage:
-          values[i] = at[c].s - wagon_.parabolic.s0;
-          break;
-        case GuardKind::kLeafReversal:
-          values[i] = leaf_travel_[c] == 0 ? kFar : leaf_travel_[c] * at[c].vs + kLeafAtRest;
-          break;
-        case GuardKind::kTrack:
-          values[i] = limit_ - std::max(std::abs(x[wheelset::kY]), std::abs(x[kRearWheelset + wheelset::kY]));
-          break;
-      }
-    }
   }
 
   static void KeepMessage(int, const char*, const char*, char* message, void* self) { Self(self).message_ = message; }
 
   const Wagon& wagon_;
   const bool leaf_;
-  bool needs_acceleration_ = false;
+  WagonGuards guards_;
   double V_ = 0;
-  double limit_ = 0;                                 ///< FindTrackLimit
-  std::array<std::int8_t, kCorners> leaf_travel_{};  ///< +1, -1: a leaf spring is being loaded, unloaded; 0 at rest
-  std::array<Guard, kMaxGuards> guards_{};
-  std::size_t guard_count_ = 0;
 
   Owner<SUNContext> context_ = MakeSundialsContext();
   Owner<N_Vector> y_, interpolated_;
@@ -468,10 +346,12 @@ class Integrator::Impl {
   bool have_forces_ = false;
   bool first_same_as_last_ = false;
   StateVector<double> weights_{};  ///< of errors: 1 / tolerance
-  StateVector<double> rate_{}, guard_rate_{};
+  StateVector<double> rate_{};
   std::array<WagonForces, 2> forces_;
   WagonForces* current_ = &forces_[0];  ///< at the end of the last step
-  WagonForces* stage_ = &forces_[1];    ///< of the stage that was computed last
+  WagonForces* stage_ = &forces_[1];    ///< of the stage that was computed last with forces ...
+  double stage_time_ = 0;               ///< ... and its time
+  const void* first_rate_ = nullptr;    ///< vector of the stage at the begin of a step
   IntegratorCounts before_, total_;
   std::string message_;
 };
@@ -488,6 +368,8 @@ const WagonState& Integrator::state() const { return impl_->state(); }
 double Integrator::step_begin() const { return impl_->step_begin(); }
 const LinkStates& Integrator::step_links() const { return impl_->step_links(); }
 void Integrator::Interpolate(double t, StateVector<double>* x) const { impl_->Interpolate(t, x); }
+WheelLoads Integrator::loads() const { return LoadsOf(forces()); }
+void Integrator::Restart(const WagonState& state) { Start(speed(), state); }
 const StateVector<double>& Integrator::rate() const { return impl_->rate(); }
 const WagonForces& Integrator::forces() const { return impl_->forces(); }
 const IntegratorCounts& Integrator::counts() const { return impl_->counts(); }

@@ -4,6 +4,7 @@
 #include <memory>
 #include <string>
 
+#include "vehicle/moving_wagon.h"
 #include "vehicle/wagon.h"
 #include "vehicle/wagon_rate.h"
 
@@ -26,6 +27,12 @@ struct IntegratorCounts {
   long failed_steps = 0;  ///< repeated because of their error
   long events = 0;        ///< joints that changed over, guidance, spring stages
 };
+inline IntegratorCounts operator-(const IntegratorCounts& a, const IntegratorCounts& b) {
+  return {.steps = a.steps - b.steps,
+          .rhs_calls = a.rhs_calls - b.rhs_calls,
+          .failed_steps = a.failed_steps - b.failed_steps,
+          .events = a.events - b.events};
+}
 
 /// Why Advance returned.
 enum class Advance : std::uint8_t {
@@ -63,12 +70,12 @@ double FindTrackLimit(const ContactCurve& contact);
 /// smooth profiles, 83 900 and 83 950 on S1002 and UIC60, at the same errors (1e-8 and 3e-9 m).
 ///
 /// Memory is taken by the constructor; nothing is allocated after it. One object serves one thread.
-class Integrator {
+class Integrator final : public MovingWagon {
  public:
   /// @param wagon  must outlive the integrator.
   /// @throws std::invalid_argument for a tolerance that is not positive or an unknown method.
   explicit Integrator(const Wagon& wagon, const IntegratorOptions& options = {});
-  ~Integrator();
+  ~Integrator() override;
   Integrator(Integrator&&) noexcept;
   Integrator& operator=(Integrator&&) noexcept;
 
@@ -80,20 +87,20 @@ class Integrator {
   /// @throws std::runtime_error if the solver gives up, with its reason and the time.
   Advance Step(double t_stop);
 
-  /// Where the wagon is, after an event in the new mode.
-  const WagonState& state() const;
-  /// Where the last step began, and in which mode it was made.
-  double step_begin() const;
-  const LinkStates& step_links() const;
-  /// State at t [s] within the last step.  Does not change the run.
-  void Interpolate(double t, StateVector<double>* x) const;
+  const Wagon& wagon() const override;
+  double speed() const override;
+  const WagonState& state() const override;
+  double step_begin() const override;
+  const LinkStates& step_links() const override;
+  void Interpolate(double t, StateVector<double>* x) const override;
+  WheelLoads loads() const override;
+  void Restart(const WagonState& state) override;
+
   /// The rate of the state at the end of the last step, and the forces behind it.
   const StateVector<double>& rate() const;
   const WagonForces& forces() const;
 
   const IntegratorCounts& counts() const;
-  double speed() const;
-  const Wagon& wagon() const;
 
  private:
   class Impl;
@@ -104,5 +111,13 @@ class Integrator {
 /// moves per relaxation time of creep or Hertz contact for rates, and as much as a corner's spring feels of it for leaf
 /// forces.
 StateVector<double> CalcErrorScales(const Wagon& wagon);
+
+/// The step [s] at which an explicit method stops being stable, for a wagon at rest on straight track: beyond it the
+/// control of the step size would have to find out by failing. With
+///   creep between rolling and rotation  f11 q (1/m + r^2/I_y) 2/V,
+///   Hertz contact  w^2 = 3 n sqrt(q) max(1/m, a^2/I_x).
+/// @param real_extent, imaginary_extent  how far a step times an eigenvalue may go along the negative real and the
+/// imaginary axis; 0: not known, and infinity is returned.
+double CalcStableStep(const Wagon& wagon, double V, double real_extent, double imaginary_extent);
 
 }  // namespace uiclink

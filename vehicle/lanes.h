@@ -8,7 +8,8 @@
 
 namespace uiclink {
 
-/// Four doubles on which the processor works at once: one for each wheel, or corner, of the wagon.
+/// Four doubles on which the processor works at once: one for each wheel, or corner, of a wagon, or one for each of
+/// four wagons.
 ///
 /// GCC and Clang turn the operations into whatever vectors the processor has; results do not depend on which, because
 /// sums of products are never fused (cmake/UiclinkTargets.cmake).
@@ -21,11 +22,18 @@ class Lanes {
   };
 
   Lanes() = default;
+  // As one vector: GCC copies structures by halves, which a processor cannot read as a whole before they are in memory.
+  [[gnu::always_inline]] Lanes(const Lanes& from) : v_(from.v_) {}
+  [[gnu::always_inline]] Lanes& operator=(const Lanes& from) {
+    v_ = from.v_;
+    return *this;
+  }
   [[gnu::always_inline]] Lanes(double same)
       : v_{same, same, same, same} {}  // NOLINT: a number is the same in all lanes
   [[gnu::always_inline]] Lanes(double a, double b, double c, double d) : v_{a, b, c, d} {}
   [[gnu::always_inline]] explicit Lanes(const double* four) { __builtin_memcpy(&v_, four, sizeof v_); }
   [[gnu::always_inline]] double operator[](std::size_t i) const { return v_[i]; }
+  [[gnu::always_inline]] void Set(std::size_t i, double value) { v_[i] = value; }
   [[gnu::always_inline]] void Store(double* four) const { __builtin_memcpy(four, &v_, sizeof v_); }
 
   [[gnu::always_inline]] friend Lanes operator+(const Lanes& a, const Lanes& b) { return Make(a.v_ + b.v_); }
@@ -49,6 +57,8 @@ class Lanes {
   [[gnu::always_inline]] friend Lanes Choose(const Mask& mask, const Lanes& a, const Lanes& b) {
     return Make(mask.v ? a.v_ : b.v_);
   }
+  [[gnu::always_inline]] friend Lanes Min(const Lanes& a, const Lanes& b) { return Make(b.v_ < a.v_ ? b.v_ : a.v_); }
+  [[gnu::always_inline]] friend Lanes Abs(const Lanes& a) { return Make(a.v_ < Vector{} ? -a.v_ : a.v_); }
   [[gnu::always_inline]] friend Lanes SafeSqrt(const Lanes& a) {
     return {std::sqrt(a.v_[0]), std::sqrt(a.v_[1]), std::sqrt(a.v_[2]), std::sqrt(a.v_[3])};
   }

@@ -77,7 +77,6 @@ double Link::CalcBreakoutLimit(std::size_t joint, double side, double v) const {
   return slider.y_c * ((1 + side * law_.asymmetry) * share);
 }
 
-/// d CalcSlidingLimit / d |v| [s].
 double Link::CalcLimitSlope(std::size_t joint, double side, double v) const {
   const ExtendedSlider<double>& slider = sliders()[joint];
   if (!slider.joint) return 0;
@@ -122,6 +121,15 @@ LinkState LinkState::WithForces(const Link& link, double d, double v, std::span<
     joint.engaged = static_cast<std::int8_t>(link.HasGap(i) ? side : 0);
     joint.p = d - side * (link.HasGap(i) ? S + link.law_.gap : S);
   }
+  if (std::abs(v) > kAtRest) state.travel = v > 0 ? 1 : -1;
+  state.Load(link);
+  return state;
+}
+
+LinkState LinkState::WithJoints(const Link& link, double d, double v, std::span<const Joint> joints) {
+  if (joints.size() != link.sliders().size()) throw std::invalid_argument("LinkState: one joint per slider is needed");
+  LinkState state = AtRest(link, d);
+  std::ranges::copy(joints, state.joints.begin());
   if (std::abs(v) > kAtRest) state.travel = v > 0 ? 1 : -1;
   state.Load(link);
   return state;

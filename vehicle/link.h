@@ -50,6 +50,8 @@ class Link {
   /// Between events the force is F = C - K d - c v: nothing but springs, sliders, clearances, stops, viscous damping
   /// and friction that grows linearly with speed.
   bool is_affine() const { return is_affine_; }
+  /// Half the clearance of a joint [m]; 0 without one.
+  double gap(std::size_t joint) const { return HasGap(joint) ? law_.gap : 0; }
   /// Friction limits depend on speed.  Then CalcMargin() and Switch() need the acceleration, and Switch() is to be
   /// called again, with the acceleration after the change, until it returns false: where a joint breaks out from a
   /// static peak the force falls at once, and with it the acceleration that says whether the joint slides on.
@@ -61,13 +63,14 @@ class Link {
   double CalcSlidingForce(std::size_t joint, double side, double v) const;
   /// The same at which it breaks out.
   double CalcBreakoutForce(std::size_t joint, double side, double v) const;
+  /// d (deflection at which the joint slides) / d |v| [s].
+  double CalcLimitSlope(std::size_t joint, double side, double v) const;
 
  private:
   bool HasGap(std::size_t joint) const { return law_.has_gap && law_.sliders.items()[joint].joint; }
   bool LimitMoves(std::size_t joint) const { return law_.has_strengthening && law_.sliders.items()[joint].joint; }
   double CalcSlidingLimit(std::size_t joint, double side, double v) const;
   double CalcBreakoutLimit(std::size_t joint, double side, double v) const;
-  double CalcLimitSlope(std::size_t joint, double side, double v) const;
 
   ExtendedOscillator<double> law_;                ///< per unit load
   FixedList<ForceTerm<Dual<6>>, 4> forces_dual_;  ///< its forces, for slopes by d (0) and v (1)
@@ -131,6 +134,9 @@ struct LinkState {
   /// @throws std::invalid_argument when there are not as many forces as sliders, or one exceeds its bound by more than
   ///         1e-9 of it.
   static LinkState WithForces(const Link& link, double d, double v, std::span<const double> T);
+  /// All joints are given as they stand: p, direction of sliding, side of the clearance. For who knows the limits.
+  /// @param joints  one per slider of the link.
+  static LinkState WithJoints(const Link& link, double d, double v, std::span<const Joint> joints);
   /// What rolls on for ever at a vanishing amplitude about d = 0, for linear stability: every joint sticks, relaxed at
   /// d = 0; joints with clearance are within it.
   ///

@@ -13,8 +13,9 @@ namespace uiclink {
 namespace {
 
 std::vector<Command> AddCommands(CLI::App* program) {
-  return {AddSimulateCommand(program), AddStabilityCommand(program), AddContactCommand(program),
-          AddInertiaCommand(program), AddElementCommand(program)};
+  return {AddSimulateCommand(program), AddStabilityCommand(program), AddBifurcationCommand(program),
+          AddSpectrumCommand(program), AddContactCommand(program),   AddInertiaCommand(program),
+          AddElementCommand(program),  AddSweepCommand(program),     AddReproduceCommand(program)};
 }
 
 /// CLI11 takes the first word of a command line that is no command for an argument too many, and does not name it.
@@ -35,6 +36,7 @@ int Main(int argc, char** argv) {
   program.footer(
       "Examples:\n"
       "  wagon stability --set set1\n"
+      "  wagon bifurcation --set set1 --geometry thesis-equivalent\n"
       "  wagon simulate --set out/parameters.toml --cargo packed --speed 30 --time 60 --start front_lateral=5mm\n"
       "  wagon contact --geometry nominal-1435 --out out\n"
       "  wagon inertia --cargo water\n"

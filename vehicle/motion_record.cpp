@@ -2,34 +2,15 @@
 
 #include <algorithm>
 #include <cmath>
-#include <optional>
 
 #include "vehicle/spectrum_peaks.h"
+#include "vehicle/turn.h"
 
 namespace uiclink {
 namespace {
 
 /// A stop counts as touched this far beyond its clearance [m]: an event is found to about 1e-15 m.
 constexpr double kTouch = 1e-12;
-
-/// Where the cubic through values and rates at the ends of a step has rate zero, given that the rates differ in sign.
-struct Turn {
-  double share = 0, value = 0;
-};
-std::optional<Turn> FindTurn(double h, double f0, double r0, double f1, double r1) {
-  if (!(r0 * r1 < 0)) return std::nullopt;
-  // f = f0 + b t + c t^2 + d t^3 on 0 <= t <= 1
-  const double b = h * r0;
-  const double e = h * r1;
-  const double c = 3 * (f1 - f0) - 2 * b - e;
-  const double d = 2 * (f0 - f1) + b + e;
-  // b + 2 c t + 3 d t^2 = 0 has one root in between; this form does not cancel for small d.
-  const double root = std::sqrt(std::max(c * c - 3 * b * d, 0.0));
-  double t = -b / (c + (c >= 0 ? root : -root));
-  if (!(t >= 0 && t <= 1)) t = d != 0 ? (-c - (c >= 0 ? root : -root)) / (3 * d) : 0.5;
-  if (!(t >= 0 && t <= 1)) t = b / (b - e);
-  return Turn{.share = t, .value = f0 + t * (b + t * (c + t * d))};
-}
 
 }  // namespace
 
@@ -106,7 +87,7 @@ void MotionRecord::Begin(const StateVector<double>& x) {
   sampled_ = 1;
 }
 
-void MotionRecord::Add(const Integrator& integrator, const WagonState& state) {
+void MotionRecord::Add(const MovingWagon& wagon, const WagonState& state) {
   const double h = state.t - t_;
   std::array<CornerDeflection<double>, kCorners> d;
   for (std::size_t i = 0; i < kCorners; ++i) d[i] = CalcDeflection(wagon_, state.x, i);
@@ -125,17 +106,17 @@ void MotionRecord::Add(const Integrator& integrator, const WagonState& state) {
     LeaveStop(i, now.value);
     stop_points_[i] = now;
   }
-  SampleStep(integrator, state.t);
+  SampleStep(wagon, state.t);
   t_ = state.t;
   ForgetOld(state.t);
 }
 
-void MotionRecord::SampleStep(const Integrator& integrator, double t) {
+void MotionRecord::SampleStep(const MovingWagon& wagon, double t) {
   for (;;) {
     const double due = start_ + static_cast<double>(sampled_) / kSpectrumHz;
     if (due > t) return;
     StateVector<double> x;
-    integrator.Interpolate(due, &x);
+    wagon.Interpolate(due, &x);
     for (std::size_t i = 0; i < kMotionCount; ++i) ring_[sampled_ % ring_size_][i] = x[kMotionIndex[i]];
     ++sampled_;
   }

@@ -4,6 +4,7 @@
 #include <cstddef>
 #include <vector>
 
+#include "vehicle/moving_wagon.h"
 #include "vehicle/simulation.h"
 
 namespace uiclink {
@@ -37,7 +38,7 @@ class MotionRecord {
 
   void Begin(const StateVector<double>& x);
   /// After every step: where it ended, or where the run did within it.
-  void Add(const Integrator& integrator, const WagonState& end);
+  void Add(const MovingWagon& wagon, const WagonState& end);
   void Summarise(SimulationResult* result) const;
 
  private:
@@ -66,7 +67,7 @@ class MotionRecord {
   void LeaveStop(std::size_t stop, double value);
   Impacts CalcImpacts(std::size_t stop, int count, double used) const;
   GuidanceUse CalcUse(std::size_t stop) const;
-  void SampleStep(const Integrator& integrator, double t);
+  void SampleStep(const MovingWagon& wagon, double t);
   void ForgetOld(double t);
   std::vector<double> CollectSamples(std::size_t motion) const;
   MotionFigures CalcFigures(std::size_t motion, double t_end) const;

@@ -12,8 +12,8 @@ const RungeKuttaPair* FindRungeKuttaPair(std::string_view name) {
        .embedded_order = 3,
        .rows = {{0.5}, {0, 0.5}, {0, 0, 1}, {1.0 / 6, 1.0 / 3, 1.0 / 3, 1.0 / 6}},
        .embedded = {1.0 / 6, 1.0 / 3, 1.0 / 3, 1.0 / 15, 1.0 / 10},
-       .real_extent = 2.785,
-       .imaginary_extent = 2.828},
+       .real_extent = kClassicalRealExtent,
+       .imaginary_extent = kClassicalImaginaryExtent},
       // Two pairs of ours. The stability polynomials were found by maximising the step at which creep (real) and Hertz
       // contact (nearly imaginary) are stable, at real : imaginary = 2.2 and 5, with |R| <= 0.9 along the real axis;
       // then

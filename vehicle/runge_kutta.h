@@ -24,6 +24,9 @@ struct RungeKuttaPair {
 /// Our pairs by name; null for an unknown one.
 const RungeKuttaPair* FindRungeKuttaPair(std::string_view name);
 
+/// The extents of four stages of order 4, 1 + z + z^2/2 + z^3/6 + z^4/24: of the classical method and of Zonneveld's.
+inline constexpr double kClassicalRealExtent = 2.785, kClassicalImaginaryExtent = 2.828;
+
 /// The method that Integrator takes unless told otherwise: the fastest at 1e-6 of the amplitude where wheels touch with
 /// their flanges and axle boxes hit their guides (integrator.h has the measurement).
 inline constexpr std::string_view kDefaultMethod = "ARKODE_ZONNEVELD_5_3_4";

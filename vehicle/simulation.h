@@ -50,6 +50,7 @@ enum class SimulationEnd {
   kWheelLift,  ///< a wheel left its rail
   kDerailed,   ///< a wheelset left the track
   kStopped,    ///< on_progress said so
+  kFailed,     ///< could not begin, or the solver gave up: of SimulateSideBySide alone, Simulate() throws
 };
 
 /// What moves, for amplitudes and frequencies.

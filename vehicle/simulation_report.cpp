@@ -36,6 +36,8 @@ const char* EndWord(SimulationEnd end) {
       return "derailed";
     case SimulationEnd::kStopped:
       return "stopped";
+    case SimulationEnd::kFailed:
+      return "failed";
   }
   return "?";
 }

@@ -13,13 +13,21 @@ constexpr double kLeastShare = 0.02;
 constexpr double kNothing = 1e-12;
 constexpr std::size_t kReach = 4;  ///< lines
 
-std::vector<double> CalcAmplitudes(std::span<const double> samples) {
+}  // namespace
+
+double HannWindow(std::size_t sample, std::size_t n) {
+  return 0.5 * (1 - std::cos(2 * std::numbers::pi * static_cast<double>(sample) / static_cast<double>(n)));
+}
+
+std::vector<std::complex<double>> TransformHann(std::span<const double> samples) {
   const std::size_t n = samples.size();
+  std::vector<std::complex<double>> lines;
+  if (n < 2) return lines;
   std::vector<double> window(n), windowed(n);
   // The mean under the window, so that nothing of it is left in the first lines.
   double sum = 0, weight = 0;
   for (std::size_t i = 0; i < n; ++i) {
-    window[i] = 0.5 * (1 - std::cos(2 * std::numbers::pi * static_cast<double>(i) / static_cast<double>(n)));
+    window[i] = HannWindow(i, n);
     sum += window[i] * samples[i];
     weight += window[i];
   }
@@ -27,11 +35,18 @@ std::vector<double> CalcAmplitudes(std::span<const double> samples) {
   for (std::size_t i = 0; i < n; ++i) windowed[i] = (samples[i] - mean) * window[i];
   Eigen::FFT<double> fft;
   fft.SetFlag(Eigen::FFT<double>::HalfSpectrum);
-  std::vector<std::complex<double>> lines;
   fft.fwd(lines, windowed);
+  return lines;
+}
+
+namespace {
+
+std::vector<double> CalcAmplitudes(std::span<const double> samples) {
+  const std::vector<std::complex<double>> lines = TransformHann(samples);
   std::vector<double> amplitudes(lines.size());
   // The window halves a sine, and so does the other half of the spectrum.
-  for (std::size_t i = 0; i < lines.size(); ++i) amplitudes[i] = 4 * std::abs(lines[i]) / static_cast<double>(n);
+  for (std::size_t i = 0; i < lines.size(); ++i)
+    amplitudes[i] = 4 * std::abs(lines[i]) / static_cast<double>(samples.size());
   return amplitudes;
 }
 

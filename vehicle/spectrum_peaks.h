@@ -1,10 +1,17 @@
 #pragma once
 
+#include <complex>
 #include <cstddef>
 #include <span>
 #include <vector>
 
 namespace uiclink {
+
+/// Lines 0 to n/2 of the Fourier transform of n samples under a Hann window, their mean under it removed: sum of
+/// window x sample x exp(-2 pi i line sample/n), not scaled. Empty for fewer than two samples.
+std::vector<std::complex<double>> TransformHann(std::span<const double> samples);
+/// The window: 0 at the first of n samples, 1 in the middle.
+double HannWindow(std::size_t sample, std::size_t n);
 
 struct SpectrumPeak {
   double frequency = 0;  ///< [Hz]

@@ -6,6 +6,7 @@
 #include <cmath>
 #include <nlohmann/json.hpp>
 #include <numbers>
+#include <optional>
 
 #include "reports/text_table.h"
 #include "vehicle/report_json.h"
@@ -14,12 +15,29 @@
 namespace uiclink {
 namespace {
 
-const Crossing* FindCritical(const StabilityResult& result) {
-  if (!result.linear_critical_speed) return nullptr;
-  for (const Crossing& crossing : result.crossings) {
-    if (crossing.V == *result.linear_critical_speed) return &crossing;
+/// Place among the crossings; none where there is no critical speed.
+std::optional<std::size_t> FindCritical(const StabilityResult& result) {
+  if (!result.linear_critical_speed) return std::nullopt;
+  for (std::size_t i = 0; i < result.crossings.size(); ++i) {
+    if (result.crossings[i].V == *result.linear_critical_speed) return i;
   }
-  return nullptr;
+  return std::nullopt;
+}
+
+CrossingType TypeOf(const StabilityRun& run, std::size_t crossing) {
+  return crossing < run.types.size() ? run.types[crossing] : CrossingType{.type = {}};
+}
+
+Json TypeToJson(const CrossingType& type) { return type.type.empty() ? Json(nullptr) : Json(type.type); }
+
+/// What the type stands on, beside it.
+void AddTypeDetails(const CrossingType& type, Json* json) {
+  if (!type.type.empty()) {
+    (*json)["type_decided_at_mm"] = 1e3 * type.decided_at;
+    (*json)["other_type_below_mm"] = type.other_below > 0 ? Json(1e3 * type.other_below) : Json(nullptr);
+  } else if (!type.reason.empty()) {
+    (*json)["type_unknown_because"] = type.reason;
+  }
 }
 
 /// How much a motion takes part, as one number with a phase.
@@ -46,12 +64,15 @@ Json ShapeToJson(const LinearMode& mode) {
   return json;
 }
 
-Json CrossingToJson(const Crossing& crossing) {
-  return {{"speed", crossing.V},
-          {"frequency_hz", crossing.frequency_hz},
-          {"direction", crossing.to_unstable ? "unstable" : "stable"},
-          {"real_part_slope_1_per_m", NumberOrNull(crossing.real_part_slope)},
-          {"shape", ShapeToJson(crossing.mode)}};
+Json CrossingToJson(const Crossing& crossing, const CrossingType& type) {
+  Json json{{"speed", crossing.V},
+            {"frequency_hz", crossing.frequency_hz},
+            {"direction", crossing.to_unstable ? "unstable" : "stable"},
+            {"type", TypeToJson(type)}};
+  AddTypeDetails(type, &json);
+  json["real_part_slope_1_per_m"] = NumberOrNull(crossing.real_part_slope);
+  json["shape"] = ShapeToJson(crossing.mode);
+  return json;
 }
 
 double Frequency(const std::complex<double>& root) { return root.imag() / (2 * std::numbers::pi); }
@@ -84,15 +105,18 @@ FigureSeries SlowRoots(const StabilityRun& run, const std::string& name, bool un
 
 std::string FormatStabilityJson(const StabilityRun& run) {
   Json json = BeginResult("stability", run.inputs);
-  if (const Crossing* const critical = FindCritical(run.result)) {
-    // The type asks for the nonlinear wagon, which this command does not look at.
+  if (const std::optional<std::size_t> critical = FindCritical(run.result)) {
+    const Crossing& crossing = run.result.crossings[*critical];
+    const CrossingType type = TypeOf(run, *critical);
     json["linear_critical_speed"] = {
-        {"value", critical->V}, {"frequency_hz", critical->frequency_hz}, {"type", nullptr}};
+        {"value", crossing.V}, {"frequency_hz", crossing.frequency_hz}, {"type", TypeToJson(type)}};
+    AddTypeDetails(type, &json["linear_critical_speed"]);
   } else {
     json["linear_critical_speed"] = nullptr;
   }
   json["crossings"] = Json::array();
-  for (const Crossing& crossing : run.result.crossings) json["crossings"].push_back(CrossingToJson(crossing));
+  for (std::size_t i = 0; i < run.result.crossings.size(); ++i)
+    json["crossings"].push_back(CrossingToJson(run.result.crossings[i], TypeOf(run, i)));
   json["unstable_at_start"] = run.result.unstable_at_start;
   json["structural_zeros"] = run.result.structural_zeros;
   json["searched"] = {{"from", run.options.from},
@@ -103,14 +127,27 @@ std::string FormatStabilityJson(const StabilityRun& run) {
   return FormatJson(json);
 }
 
+std::string FormatCrossingType(const CrossingType& type) {
+  if (type.type.empty()) return type.reason.empty() ? "" : "type not known: " + type.reason;
+  std::string text = fmt::format("{}, decided by the cycle of {:g} mm", type.type, 1e3 * type.decided_at);
+  if (type.other_below > 0) {
+    text += fmt::format("; {} at {:g} mm", type.type == "supercritical" ? "subcritical" : "supercritical",
+                        1e3 * type.other_below);
+  }
+  return text;
+}
+
 std::string FormatStability(const StabilityRun& run) {
   const StabilityResult& result = run.result;
   std::string text =
       fmt::format("{}, cargo {}, contact {}\n", run.inputs.data.name, run.inputs.freight.name, run.inputs.table.name) +
       FormatSets(run.inputs) + "\n";
-  if (const Crossing* const critical = FindCritical(result)) {
-    text += fmt::format("Linear critical speed {:.6f} m/s ({:.1f} km/h), {:.3f} Hz.\n", critical->V, 3.6 * critical->V,
-                        critical->frequency_hz);
+  if (const std::optional<std::size_t> critical = FindCritical(result)) {
+    const Crossing& crossing = result.crossings[*critical];
+    text += fmt::format("Linear critical speed {:.6f} m/s ({:.1f} km/h), {:.3f} Hz.\n", crossing.V, 3.6 * crossing.V,
+                        crossing.frequency_hz);
+    if (const std::string type = FormatCrossingType(TypeOf(run, *critical)); !type.empty())
+      text += "Hopf bifurcation: " + type + ".\n";
   } else if (result.unstable_at_start > 0) {
     text += fmt::format("Unstable already at {:g} m/s: {} eigenvalues with positive real part.\n", run.options.from,
                         result.unstable_at_start);
@@ -122,9 +159,12 @@ std::string FormatStability(const StabilityRun& run) {
     table.AddColumn("crossing at\n[m/s]");
     table.AddColumn("frequency\n[Hz]");
     table.AddColumn("becomes", TextTable::Align::kLeft);
-    for (const Crossing& crossing : result.crossings) {
+    table.AddColumn("type", TextTable::Align::kLeft);
+    for (std::size_t i = 0; i < result.crossings.size(); ++i) {
+      const Crossing& crossing = result.crossings[i];
+      const std::string type = TypeOf(run, i).type;
       table.AddRow({fmt::format("{:.6f}", crossing.V), fmt::format("{:.4f}", crossing.frequency_hz),
-                    crossing.to_unstable ? "unstable" : "stable"});
+                    crossing.to_unstable ? "unstable" : "stable", type.empty() ? "-" : type});
     }
     text += "\n" + table.Format();
   }

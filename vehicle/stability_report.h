@@ -17,6 +17,14 @@ struct RootsAtSpeed {
   std::vector<std::complex<double>> roots;  ///< [1/s]
 };
 
+/// On which side of a crossing its small cycles live (vehicle/hunting/hopf.h).
+struct CrossingType {
+  std::string type;         ///< "supercritical", "subcritical"; empty: not known
+  double decided_at = 0;    ///< size of the cycle that decides it [m]
+  double other_below = 0;   ///< largest smaller size whose cycle lives on the other side [m]; 0: none does
+  std::string reason = {};  ///< why it is not known
+};
+
 /// A search for critical speeds with what it stands on.
 struct StabilityRun {
   const WagonInputs& inputs;
@@ -24,7 +32,12 @@ struct StabilityRun {
   const std::vector<RootsAtSpeed>& roots;  ///< by speed
   StabilityOptions options;
   double wall_s = 0;
+  std::vector<CrossingType> types = {};  ///< of result.crossings; empty where they were not looked for
 };
+
+/// "supercritical, decided by the cycle of 0.1 mm; below 0.003 mm subcritical", "not known: ..."; empty where there is
+/// neither a type nor a reason.
+std::string FormatCrossingType(const CrossingType& type);
 
 /// Schema "wagon-stability/1".
 std::string FormatStabilityJson(const StabilityRun& run);

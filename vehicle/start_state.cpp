@@ -2,12 +2,16 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <charconv>
 #include <cmath>
+#include <filesystem>
 #include <map>
 #include <numbers>
 #include <set>
 
+#include "vehicle/equilibrium.h"
+#include "vehicle/state_file.h"
 #include "vehicle/wagon_inputs.h"
 
 namespace uiclink {
@@ -72,6 +76,23 @@ double ParseQuantity(const std::string& part, const std::string& text, const Pla
   return value * unit->second;
 }
 
+bool IsFile(const std::string& text) {
+  std::error_code ignored;
+  return text != "equilibrium" && (text.find('=') == std::string::npos || std::filesystem::exists(text, ignored));
+}
+
+/// A wheelset beyond the contact table is on no rail.
+void CheckOnRails(const Wagon& wagon, const WagonState& state, const std::string& start) {
+  const double reach = std::min(-wagon.contact.y_min(), wagon.contact.y_max());
+  for (const double y : {state.x[wheelset::kY], state.x[kRearWheelset + wheelset::kY]}) {
+    if (std::abs(y) < reach) continue;
+    throw UsageError(
+        fmt::format("--start: expected wheelsets within the contact table, {:g} mm to either side, "
+                    "found one at {:g} mm after {}",
+                    1e3 * reach, 1e3 * y, start));
+  }
+}
+
 }  // namespace
 
 Perturbation ParsePerturbation(const std::string& text) {
@@ -90,6 +111,23 @@ Perturbation ParsePerturbation(const std::string& text) {
     by.*place->second.value = ParseQuantity(part, Trim(part.substr(equals + 1)), place->second);
   }
   return by;
+}
+
+RunStart MakeRunStart(const std::string& text, const Wagon& wagon, double V) {
+  if (IsFile(text)) {
+    RunStart start{ReadStateFile(text, wagon, "").state, "the state of " + text};
+    start.state.t = 0;
+    return start;
+  }
+  if (text == "equilibrium") return {FindEquilibrium(wagon, V), "running equilibrium"};
+  const Perturbation by = ParsePerturbation(text);  // before the equilibrium is looked for
+  RunStart start{Perturb(wagon, FindEquilibrium(wagon, V), by), "running equilibrium with " + text};
+  CheckOnRails(wagon, start.state, text);
+  return start;
+}
+
+void CheckRunStart(const std::string& text) {
+  if (text != "equilibrium" && !IsFile(text)) ParsePerturbation(text);
 }
 
 }  // namespace uiclink

@@ -4,14 +4,12 @@
 
 #include <cmath>
 
+#include "vehicle/processors.h"
 #include "vehicle/wagon_state.h"
 
-// Compiled twice, for processors with and without vectors of four doubles, and chosen when the program is loaded. Both
-// give the same numbers: every sum has its order.
-#if defined(__x86_64__) && defined(__GNUC__) && !defined(__clang__) && !defined(__SANITIZE_ADDRESS__)
-#define UICLINK_FOR_EACH_PROCESSOR __attribute__((target_clones("avx2", "default"), optimize("O3")))
-#else
-#define UICLINK_FOR_EACH_PROCESSOR
+// Vectors also where the compiler is asked for less than -O3.
+#if defined(__GNUC__) && !defined(__clang__)
+#pragma GCC optimize("O3")
 #endif
 
 namespace uiclink {

@@ -11,13 +11,14 @@ namespace uiclink {
 
 // Vertical springs (chapter 5). s [m] is the compression from the unloaded length, s_rate = s' [m/s]; F [N] > 0 pushes
 // the ends apart. None of them knows that a wheel can leave the rail or that a buckle has a stop: s < 0 pulls.
-// T is double or Dual<N>, V one of them or Lanes: four springs at once. No function allocates.
+// T is double or Dual<N>, V one of them or Lanes: four springs at once. Spring is the spring's structure, or one that
+// has the same numbers in Lanes: of four wagons. No function allocates.
 
 // --- linear ---
 
 /// F = k s + d s'.
-template <typename V>
-[[gnu::always_inline]] inline V CalcSpringForce(const LinearSpring& spring, const V& s, const V& s_rate) {
+template <typename Spring, typename V>
+[[gnu::always_inline]] inline V CalcSpringForce(const Spring& spring, const V& s, const V& s_rate) {
   return spring.k * s + spring.d * s_rate;
 }
 
@@ -46,8 +47,8 @@ T CalcStaticForce(const ParabolicSpring& spring, SpringStage stage, const T& s) 
   return spring.F0 + spring.k2 * (s - spring.s0);
 }
 /// The stage found out from s.
-template <typename V>
-[[gnu::always_inline]] inline V CalcStaticForce(const ParabolicSpring& spring, const V& s) {
+template <typename Spring, typename V>
+[[gnu::always_inline]] inline V CalcStaticForce(const Spring& spring, const V& s) {
   return Choose(s < V(spring.s0), spring.k1() * s, spring.F0 + spring.k2 * (s - spring.s0));
 }
 
@@ -56,8 +57,8 @@ template <typename T>
 T CalcSpringForce(const ParabolicSpring& spring, double d, SpringStage stage, const T& s, const T& s_rate) {
   return CalcStaticForce(spring, stage, s) + d * s_rate;
 }
-template <typename V>
-[[gnu::always_inline]] inline V CalcSpringForce(const ParabolicSpring& spring, double d, const V& s, const V& s_rate) {
+template <typename Spring, typename D, typename V>
+[[gnu::always_inline]] inline V CalcSpringForce(const Spring& spring, const D& d, const V& s, const V& s_rate) {
   return CalcStaticForce(spring, s) + d * s_rate;
 }
 
@@ -102,8 +103,8 @@ T CalcLeafRate(const LeafSpring& spring, bool loading, const T& F, const T& s, c
   return (CalcEnvelope(spring, loading, s) - F) * travel / spring.beta;
 }
 /// The direction found out from s'.
-template <typename V>
-[[gnu::always_inline]] inline V CalcLeafRate(const LeafSpring& spring, const V& F, const V& s, const V& s_rate) {
+template <typename Spring, typename V>
+[[gnu::always_inline]] inline V CalcLeafRate(const Spring& spring, const V& F, const V& s, const V& s_rate) {
   const V loading = (spring.c * (1 + spring.mu0)) * s + spring.F_r - F;
   const V unloading = F - ((spring.c * (1 - spring.mu0)) * s - spring.F_r);
   return Choose(V(0.0) < s_rate, loading, unloading) * s_rate * (1 / spring.beta);

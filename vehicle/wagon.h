@@ -122,9 +122,10 @@ struct CornerPlace {
 
 /// dx = x - e b psi_w + Y psi_c,  dy = y_w - (y_c + X psi_c + h phi_c),  s = s_eq + z_w + e b phi_w - (z_c + Y phi_c);
 /// e = +1 left, -1 right; X, Y arms of the corner from the body's centre of mass.
+/// @param h  of the body; Lanes where every lane is another wagon.
 /// @param axle, car  give the motions of the corner's wheelset and of the body by their index.
-template <typename V, typename K, typename Axle, typename Car>
-[[gnu::always_inline]] inline CornerDeflection<V> CalcDeflection(const CornerPlace<K>& at, double h, const Axle& axle,
+template <typename V, typename K, typename H, typename Axle, typename Car>
+[[gnu::always_inline]] inline CornerDeflection<V> CalcDeflection(const CornerPlace<K>& at, const H& h, const Axle& axle,
                                                                  const Car& car) {
   return {.dx = axle(wheelset::kX) - at.e_b * axle(wheelset::kPsi) + at.Y * car(body::kPsi),
           .vx = axle(wheelset::kXRate) - at.e_b * axle(wheelset::kPsiRate) + at.Y * car(body::kPsiRate),

@@ -290,7 +290,7 @@ void ReadWagonBody(const WagonChoice& choice, WagonInputs* inputs) {
   ReadCargo(choice, inputs);
 }
 
-void ReadWagonContact(const WagonChoice& choice, WagonInputs* inputs) {
+void ReadWagonGeometry(const WagonChoice& choice, WagonInputs* inputs) {
   if (!choice.contact_table.empty()) {
     const ReadText file{.path = choice.contact_table, .text = ReadFileWhole(choice.contact_table)};
     inputs->table = ParseContactTable(file.text, file.path.string());
@@ -303,14 +303,25 @@ void ReadWagonContact(const WagonChoice& choice, WagonInputs* inputs) {
   inputs->files.push_back(Describe("geometry", inputs->geometry->name, file));
   DescribeProfile("wheel_profile", inputs->geometry->wheel, inputs);
   DescribeProfile("rail_profile", inputs->geometry->rail, inputs);
+}
+
+void MakeContactTable(WagonInputs* inputs) {
+  if (!inputs->geometry) return;
+  const auto file = std::ranges::find(inputs->files, "geometry", &InputFile::role);
+  const std::string path = file == inputs->files.end() ? inputs->geometry->name : file->path;
   const auto begin = std::chrono::steady_clock::now();
   try {
     inputs->table = CalcContactTable(*inputs->geometry, inputs->contact_notes.emplace());
   } catch (const std::invalid_argument& fault) {
-    throw InputError(file.path.string(), 0, WithoutFunction(fault.what()));
+    throw InputError(path, 0, WithoutFunction(fault.what()));
   }
-  CheckTable(inputs->table, file.path.string());
+  CheckTable(inputs->table, path);
   inputs->contact_wall_s = std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
+}
+
+void ReadWagonContact(const WagonChoice& choice, WagonInputs* inputs) {
+  ReadWagonGeometry(choice, inputs);
+  MakeContactTable(inputs);
 }
 
 void ReadWagonLinks(const WagonChoice& choice, WagonInputs* inputs) {

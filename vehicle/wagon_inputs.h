@@ -78,7 +78,12 @@ void ReadWagonFile(const WagonChoice& choice, WagonInputs* inputs);     ///< dat
 void ReadCargo(const WagonChoice& choice, WagonInputs* inputs);         ///< freight, body; ReadWagonFile first
 void ReadWagonBody(const WagonChoice& choice, WagonInputs* inputs);     ///< both
 void ReadWagonContact(const WagonChoice& choice, WagonInputs* inputs);  ///< geometry, table, its notes
-void ReadWagonLinks(const WagonChoice& choice, WagonInputs* inputs);    ///< links
+/// The two halves of ReadWagonContact: the files alone (geometry, or a table that is given), and the table of a
+/// geometry that a caller may have changed in between. @throws InputError where the wheelset does not fit between the
+/// rails.
+void ReadWagonGeometry(const WagonChoice& choice, WagonInputs* inputs);
+void MakeContactTable(WagonInputs* inputs);  ///< table, notes; nothing where the table was given
+void ReadWagonLinks(const WagonChoice& choice, WagonInputs* inputs);  ///< links
 /// A parameter set by name or path, for a command that needs no more; its file is appended to `inputs`.
 ParameterSet ReadSet(const std::string& name, WagonInputs* inputs);
 

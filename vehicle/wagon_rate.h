@@ -31,6 +31,19 @@ struct WagonForces {
   std::array<double, kCorners> guide_x{}, guide_y{};  ///< guidance
 };
 
+/// Of each wheel what its run watches: WagonForces::Wheel::Q [N] and q [m].
+struct WheelLoads {
+  std::array<double, kCorners> Q{}, q{};
+};
+inline WheelLoads LoadsOf(const WagonForces& forces) {
+  WheelLoads loads;
+  for (std::size_t i = 0; i < kCorners; ++i) {
+    loads.Q[i] = forces.wheels[i].Q;
+    loads.q[i] = forces.wheels[i].q;
+  }
+  return loads;
+}
+
 /// The rate of the state at speed V: equations (2.1) to (2.12) as corrected (NOTATION.md), sum of
 ///   wheel-rail contact (contact/contact_curve.h; creep by Shen, Hedrick and Elkins, (3.1) to (3.3)), links, springs,
 ///   guidance and weight.  The joints of the links are in the mode that `links` says.

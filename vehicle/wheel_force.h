@@ -40,16 +40,19 @@ template <typename V>
           1.0 + x2 * (-0.5 + x2 * (1.0 / 24 + x2 * (-1.0 / 720 + x2 * (1.0 / 40320 - x2 * (1.0 / 3628800)))))};
 }
 
-struct WheelSettings {
-  double per_V;
-  double mu;
+/// P is double, or Lanes where every lane is another wagon.
+template <typename P>
+struct WheelSettingsOf {
+  P per_V;  ///< 1/V [s/m]
+  P mu;
   bool printed_roll;
 };
+using WheelSettings = WheelSettingsOf<double>;
 
 /// (3.1) to (3.3) and appendices C, D.  q: approach [m].
-template <typename V>
+template <typename V, typename P>
 [[gnu::always_inline]] inline WheelForces<V> CalcWheel(const WheelsetMotion<V>& m, const WheelContact<V>& c,
-                                                       const V& approach, const WheelSettings& settings) {
+                                                       const V& approach, const WheelSettingsOf<P>& settings) {
   WheelForces<V> f;
   const V zero(0.0);
   f.q = approach;

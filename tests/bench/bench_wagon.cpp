@@ -12,6 +12,7 @@
 #include <cmath>
 #include <cstdio>
 #include <ctime>
+#include <memory>
 #include <string>
 #include <vector>
 
@@ -19,6 +20,8 @@
 #include "tests/support/wagon_fixture.h"
 #include "tests/support/wagon_implicit.h"
 #include "vehicle/equilibrium.h"
+#include "vehicle/four_integrators.h"
+#include "vehicle/side_by_side.h"
 #include "vehicle/simulation.h"
 
 namespace uiclink {
@@ -128,6 +131,30 @@ void BM_RightHandSideWithForces(benchmark::State& bench) {
 }
 BENCHMARK(BM_RightHandSideWithForces);
 
+/// Four wagons in the lanes instead of four wheels; "time" is that of all four.
+void BM_RightHandSideOfFour(benchmark::State& bench) {
+  const Case& c = Smooth();
+  FourWagons four;
+  FourStates x, rates;
+  FourWheelLoads loads;
+  for (std::size_t lane = 0; lane < FourWagons::kWagons; ++lane) {
+    four.SetWagon(lane, c.wagon, kSpeed);
+    four.SetLinks(lane, c.state.links);
+    for (std::size_t i = 0; i < kMaxState; ++i) x[i].Set(lane, c.state.x[i]);
+  }
+  std::size_t i = 0;
+  for (auto _ : bench) {
+    ++i;
+    for (std::size_t lane = 0; lane < FourWagons::kWagons; ++lane)
+      x[wheelset::kY].Set(lane, 1e-6 * static_cast<double>((i + 1000 * lane) % 4000));
+    CalcRates(four, x, &rates, &loads);
+    benchmark::DoNotOptimize(rates);
+    benchmark::DoNotOptimize(loads);
+  }
+  bench.SetItemsProcessed(4 * bench.iterations());
+}
+BENCHMARK(BM_RightHandSideOfFour);
+
 using GetCase = const Case& (*)();
 
 void BM_Hunting(benchmark::State& bench, GetCase get, const std::string& method, double tolerance) {
@@ -160,6 +187,85 @@ void BM_Hunting(benchmark::State& bench, GetCase get, const std::string& method,
   bench.counters["allocations"] = static_cast<double>(allocated);
 }
 
+/// Four wagons at 20 to 20.3 m/s from the same state, for three seconds: in the lanes side by side against one after
+/// the other, in turn.
+void BM_SideBySide(benchmark::State& bench, GetCase get) {
+  constexpr std::size_t kWagons = FourIntegrators::kWagons;
+  const Case& c = get();
+  const auto speed = [](std::size_t i) { return kSpeed + 0.1 * static_cast<double>(i); };
+  Integrator integrator(c.wagon);
+  FourIntegrators four;
+  std::array<double, kWagons> stop;
+  stop.fill(c.Moment(kMoments));
+  double one_by_one = 0, together = 0;
+  std::size_t allocated = 0;
+  for (auto _ : bench) {
+    const std::clock_t begin = std::clock();
+    for (std::size_t i = 0; i < kWagons; ++i) {
+      integrator.Start(speed(i), c.state);
+      while (integrator.Step(stop[i]) != Advance::kStopTime) {
+      }
+    }
+    const std::clock_t middle = std::clock();
+    const std::size_t already = CountAllocations();
+    for (std::size_t i = 0; i < kWagons; ++i) four.Start(i, c.wagon, speed(i), c.state);
+    for (std::size_t running = kWagons; running > 0;) {
+      const FourIntegrators::Advances advances = four.Step(stop);
+      for (std::size_t i = 0; i < kWagons; ++i) {
+        if (advances[i] != Advance::kStopTime) continue;
+        four.Stop(i);
+        --running;
+      }
+    }
+    allocated += CountAllocations() - already;
+    one_by_one += static_cast<double>(middle - begin) / CLOCKS_PER_SEC;
+    together += static_cast<double>(std::clock() - middle) / CLOCKS_PER_SEC;
+  }
+  const double seconds = kWagons * kSeconds * static_cast<double>(bench.iterations());
+  bench.counters["times_real_time_one_by_one"] = seconds / one_by_one;
+  bench.counters["times_real_time_side_by_side"] = seconds / together;
+  bench.counters["ratio"] = one_by_one / together;
+  bench.counters["error_of_amplitude_at_end"] = c.ErrorAtEnd(LateralMotions(four.state(0).x));
+  bench.counters["allocations"] = static_cast<double>(allocated);
+}
+
+/// As a sweep has them: sixteen runs of ten seconds from 18 to 25.5 m/s, with their figures, through lanes that are
+/// filled again, against one after the other.
+void BM_SweepLike(benchmark::State& bench, GetCase get) {
+  constexpr std::size_t kRuns = 16;
+  const Case& c = get();
+  std::vector<SimulationTask> tasks(kRuns);
+  for (std::size_t i = 0; i < kRuns; ++i) {
+    tasks[i].wagon = std::shared_ptr<const Wagon>(std::shared_ptr<void>(), &c.wagon);
+    tasks[i].V = 18 + 0.5 * static_cast<double>(i);
+    tasks[i].start = c.state;
+    tasks[i].options.duration = 10;
+    tasks[i].options.end_at_wheel_lift = false;
+  }
+  double one_by_one = 0, together = 0, difference = 0;
+  int impacts = 0;
+  for (auto _ : bench) {
+    const std::clock_t begin = std::clock();
+    std::vector<SimulationResult> ones;
+    for (const SimulationTask& task : tasks) ones.push_back(Simulate(*task.wagon, task.V, task.start, task.options));
+    const std::clock_t middle = std::clock();
+    const std::vector<SimulationResult> lanes = SimulateSideBySide(tasks);
+    one_by_one += static_cast<double>(middle - begin) / CLOCKS_PER_SEC;
+    together += static_cast<double>(std::clock() - middle) / CLOCKS_PER_SEC;
+    for (std::size_t i = 0; i < kRuns; ++i) {
+      const double one = ones[i].motions[0].amplitude;
+      difference = std::max(difference, std::abs(lanes[i].motions[0].amplitude - one) / c.amplitude);
+      impacts += std::abs(lanes[i].lateral[1].impacts.count - ones[i].lateral[1].impacts.count);
+    }
+  }
+  const double runs = kRuns * static_cast<double>(bench.iterations());
+  bench.counters["runs_per_s_one_by_one"] = runs / one_by_one;
+  bench.counters["runs_per_s_side_by_side"] = runs / together;
+  bench.counters["ratio"] = one_by_one / together;
+  bench.counters["difference_of_amplitudes"] = difference;
+  bench.counters["difference_of_impacts"] = impacts;
+}
+
 /// The same three seconds through CVODE, dense Jacobian by differences or exact. The error is that at the end.
 void BM_Bdf(benchmark::State& bench, GetCase get, JacobianKind jacobian, double rtol) {
   const Case& c = get();
@@ -188,6 +294,8 @@ void Register() {
   for (const Named& one : {Named{"smooth", &Smooth}, Named{"rigid", &Rigid}, Named{"elastic", &Elastic}}) {
     const std::string name = one.name;
     add(name + "/default", &BM_Hunting, one.get, std::string(), 0.0);
+    add(name + "/side_by_side", &BM_SideBySide, one.get);
+    add(name + "/sweep", &BM_SweepLike, one.get);
     add(name + "/seven_stages_1e-7", &BM_Hunting, one.get, std::string("UICLINK_STABLE_7_3_4"), 1e-7);
     add(name + "/eight_stages_1e-7", &BM_Hunting, one.get, std::string("UICLINK_STABLE_8_3_4"), 1e-7);
     add(name + "/bogacki_shampine_1e-7", &BM_Hunting, one.get, std::string("ARKODE_BOGACKI_SHAMPINE_4_2_3"), 1e-7);

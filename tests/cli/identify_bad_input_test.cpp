@@ -63,7 +63,16 @@ const BadRecord kBadRecords[] = {
 
 void PrintTo(const BadRecord& record, std::ostream* out) { *out << record.name; }
 
-class EveryBadRecord : public IdentifyProgram, public testing::WithParamInterface<BadRecord> {};
+/// Without the run on the wagon, which has tests of its own and would take most of the time.
+class BadInput : public IdentifyProgram {
+ protected:
+  ProgramResult Run(std::vector<std::string> arguments) const {
+    arguments.emplace_back("--no-wagon");
+    return IdentifyProgram::Run(arguments);
+  }
+};
+
+class EveryBadRecord : public BadInput, public testing::WithParamInterface<BadRecord> {};
 
 TEST_P(EveryBadRecord, AloneEndsTheRunWithItsMessage) {
   const BadRecord& bad = GetParam();
@@ -121,7 +130,7 @@ INSTANTIATE_TEST_SUITE_P(Shipped, EveryBadRecord, testing::ValuesIn(kBadRecords)
 });
 
 /// What is no file that can be read, under `name`; the message goes on behind the name.
-class UnreadableFile : public IdentifyProgram {
+class UnreadableFile : public BadInput {
  protected:
   void ExpectRefused(const std::string& name, const std::string& message, bool as_nobody = false) {
     const std::vector<std::string> good = CopyMeasurements("lateral", 2);
@@ -173,7 +182,7 @@ TEST_F(UnreadableFile, WithoutPermission) {
 }
 
 // A decay below the limit of sliding after a push: k + sum k_i can be told from it, friction cannot.
-TEST_F(IdentifyProgram, DecayThatNeverSlides) {
+TEST_F(BadInput, DecayThatNeverSlides) {
   std::mt19937_64 random(2);
   std::normal_distribution<double> noise(0, 0.0125);
   const double w = std::sqrt(9.82 * 5.62);  // k + k1 = 5.62 1/m
@@ -195,7 +204,7 @@ TEST_F(IdentifyProgram, DecayThatNeverSlides) {
 }
 
 // The header says lateral, the link was longitudinal: its stiffness gives it away, once three others agree.
-TEST_F(IdentifyProgram, WrongDirectionBesideGoodRecords) {
+TEST_F(BadInput, WrongDirectionBesideGoodRecords) {
   std::vector<std::string> words = CopyMeasurements("lateral", 3);
   CopyBadRecord("wrong_direction.txt");
   words.insert(words.end(), {"wrong_direction.txt", "--starts", "0"});
@@ -210,7 +219,7 @@ TEST_F(IdentifyProgram, WrongDirectionBesideGoodRecords) {
 }
 
 // Two records that differ: nobody can say which is the wrong one, so both stay, and the result is not to be trusted.
-TEST_F(IdentifyProgram, TwoRecordsThatCannotBeOfOneLink) {
+TEST_F(BadInput, TwoRecordsThatCannotBeOfOneLink) {
   const std::vector<std::string> good = CopyMeasurements("lateral", 1);
   CopyBadRecord("wrong_direction.txt");
   const ProgramResult result = Run({good[0], "wrong_direction.txt", "--starts", "0"});
@@ -220,7 +229,7 @@ TEST_F(IdentifyProgram, TwoRecordsThatCannotBeOfOneLink) {
   EXPECT_NE(result.out.find("warning: k + sum k_i of the records is between"), std::string::npos) << result.out;
 }
 
-TEST_F(IdentifyProgram, HeaderAndNameThatDisagreeAreNoticed) {
+TEST_F(BadInput, HeaderAndNameThatDisagreeAreNoticed) {
   Write("longitudinal_07.txt", PlainDecay{}.Text());
   const ProgramResult result = Run({"longitudinal_07.txt", "--starts", "0"});
   EXPECT_EQ(result.err,
@@ -228,7 +237,7 @@ TEST_F(IdentifyProgram, HeaderAndNameThatDisagreeAreNoticed) {
   EXPECT_EQ(ReadJson("out/result.json")["direction"], "lateral");
 }
 
-TEST_F(IdentifyProgram, RecordWithoutDirection) {
+TEST_F(BadInput, RecordWithoutDirection) {
   const std::string message =
       "decay.txt: expected a direction (header \"# direction: lateral\", a file name with lateral or longitudinal, or "
       "--direction), found none\n";
@@ -240,7 +249,7 @@ TEST_F(IdentifyProgram, RecordWithoutDirection) {
 }
 
 // A record given twice would count twice and make the bounds too narrow.
-TEST_F(IdentifyProgram, RecordGivenTwice) {
+TEST_F(BadInput, RecordGivenTwice) {
   const std::vector<std::string> good = CopyMeasurements("lateral", 2);
   const ProgramResult result = Run({good[0], good[1], "./" + good[0], "--starts", "0"});
   EXPECT_EQ(result.exit_code, 1);
@@ -250,7 +259,7 @@ TEST_F(IdentifyProgram, RecordGivenTwice) {
 
 // Samples beyond what a fit needs are averaged: a million of them must neither take a minute nor half a gigabyte, nor
 // change the answer.
-TEST_F(IdentifyProgram, MillionSamplesInFifteenSeconds) {
+TEST_F(BadInput, MillionSamplesInFifteenSeconds) {
   const PlainDecay decay{.rate_hz = 1e6 / 15, .duration_s = 15, .noise_mm = 0.05};
   Write("dense.txt", decay.Text());
   const ProgramResult result = Run({"dense.txt"});
@@ -264,7 +273,7 @@ TEST_F(IdentifyProgram, MillionSamplesInFifteenSeconds) {
   }
 }
 
-TEST_F(IdentifyProgram, MillionSamplesInFiveThousandSeconds) {
+TEST_F(BadInput, MillionSamplesInFiveThousandSeconds) {
   const PlainDecay decay{.duration_s = 5000};
   Write("long.txt", decay.Text());
   const ProgramResult result = Run({"long.txt", "--starts", "0"});

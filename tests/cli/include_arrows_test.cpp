@@ -1,4 +1,4 @@
-// The arrows of the design, read off the #include lines: identify -> vehicle -> {data, reports} -> model.
+// The arrows of the design, read off the #include lines: identify -> vehicle -> {data, reports, dynamics} -> model.
 //
 // A room is a folder with code of its own. Every source file is read, every include is resolved (from the file's
 // folder, then from the root, in quotes or in angle brackets) and looked up in the table below. tests/ may include
@@ -40,10 +40,12 @@ const std::vector<Room>& Rooms() {
       {"model", {}, {"eigen", "ceres/jet"}, {}},
       {"data", {"model"}, {}, {"toml++", "fmt", "openssl", "posix"}},
       {"reports", {"model"}, {}, {"json", "fmt", "posix"}},
+      {"dynamics", {}, {"eigen"}, {}},
       {"vehicle",
-       {"data", "reports", "model"},
+       {"data", "reports", "dynamics", "model"},
        {"eigen", "ceres/jet", "json_fwd"},
-       {"sundials", "ceres", "matio", "json", "fmt", "cli11", "posix"}},
+       {"sundials", "ceres", "matio", "json", "fmt", "cli11", "posix"},
+       {{R"(sqlite\.cpp)", {"sqlite"}}, {R"(mpi_team\.cpp)", {"mpi"}}}},
       {"identify",
        {"data", "reports", "model"},
        {"eigen", "json_fwd"},
@@ -68,6 +70,8 @@ std::string LibraryOf(const std::string& header) {
       {"nlohmann/.*", "json"},
       {"opencv2/.*", "opencv"},
       {"openssl/.*", "openssl"},
+      {R"(sqlite3\.h)", "sqlite"},
+      {R"(mpi\.h)", "mpi"},
       {"(arkode|cvode|cvodes|kinsol|nvector|sundials|sunlinsol|sunmatrix|sunnonlinsol)/.*", "sundials"},
       {R"(toml(\+\+|plusplus)/.*|toml\+\+\.h)", "toml++"},
       {R"((unistd|fcntl|signal|poll|spawn|termios)\.h|sys/.*)", "posix"},
@@ -232,6 +236,8 @@ TEST_F(PlantedTree, WrongArrowsAreNamedWithFileAndLine) {
       {"data/a.h", "<openssl/evp.h>", "data headers may not include openssl"},
       {"vehicle/a.cpp", "<openssl/evp.h>", "vehicle sources may not include openssl"},
       {"vehicle/a.h", "<matio.h>", "vehicle headers may not include matio"},
+      {"vehicle/a.cpp", "<sqlite3.h>", "vehicle sources may not include sqlite"},
+      {"vehicle/a.cpp", "<mpi.h>", "vehicle sources may not include mpi"},
       {"reports/a.h", "<nlohmann/json.hpp>", "reports headers may not include json"},
       {"vehicle/a.h", "<cvode/cvode.h>", "vehicle headers may not include sundials"},
       {"vehicle/a.cpp", "<boost/any.hpp>", "vehicle sources may not include boost/any.hpp"},

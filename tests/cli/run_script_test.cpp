@@ -291,25 +291,25 @@ std::map<std::string, Users> PackageTable() {
   return result;
 }
 
-/// What one CMake file asks for: the X of find_package(X), find_dependency(X), find_library(VARIABLE X) and
-/// find_path(VARIABLE X.h), and the modules of pkg_check_modules().
-std::set<std::string> PackagesOf(const fs::path& file) {
+/// What one CMake file asks for, and whether it does without: the X of find_package(X) (without REQUIRED: it does),
+/// find_dependency(X), find_library(VARIABLE X) and find_path(VARIABLE X.h), and the modules of pkg_check_modules().
+std::map<std::string, bool> PackagesOf(const fs::path& file) {
   const std::string text = std::regex_replace(Text(file), std::regex("#[^\n]*"), "");
-  std::set<std::string> packages;
+  std::map<std::string, bool> packages;
   const std::regex call(
       R"((find_package|find_dependency|find_library|find_path|pkg_check_modules|pkg_search_module)\s*\(([^)]*)\))");
   for (std::sregex_iterator match(text.begin(), text.end(), call); match != std::sregex_iterator(); ++match) {
-    const std::string command = (*match)[1];
-    std::istringstream words((*match)[2]);
+    const std::string command = (*match)[1], arguments = (*match)[2];
+    std::istringstream words(arguments);
     std::string first, word;
     words >> first;
     if (command == "find_package" || command == "find_dependency") {
-      packages.insert(first);
+      packages[first] = command == "find_package" && arguments.find("REQUIRED") == std::string::npos;
       continue;
     }
     while (words >> word) {  // words in capitals are CMake's
       if (std::regex_match(word, std::regex("[A-Z_]+"))) continue;
-      packages.insert(word.substr(0, word.find_first_of("<>=.")));
+      packages[word.substr(0, word.find_first_of("<>=."))] = false;
       if (!command.starts_with("pkg_")) break;
     }
   }
@@ -335,7 +335,8 @@ std::map<std::string, Users> PackagesOfTheTree() {
     const bool foreign = file == kRoot / "build" || file == kRoot / "tests/package/consumer" || name.starts_with(".");
     if (entry->is_directory() && foreign) entry.disable_recursion_pending();
     if (name != "CMakeLists.txt" && !name.ends_with(".cmake") && !name.ends_with(".cmake.in")) continue;
-    for (const std::string& package : PackagesOf(file)) result[package].merge(UsersOf(file));
+    for (const auto& [package, optional] : PackagesOf(file))
+      result[package].merge(optional ? Users{"tests"} : UsersOf(file));
   }
   return result;
 }

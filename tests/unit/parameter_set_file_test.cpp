@@ -104,6 +104,38 @@ TEST(ParameterSetFile, CarriesExtendedSets) {
   EXPECT_EQ(set.lateral->covariance->matrix[1][2], -1e-5);
 }
 
+constexpr char kWithSpread[] = R"(name = "fit"
+source = "ten records"
+load_N = 3714
+[lateral]
+k = 4.0
+sliders = [ { k = 1.5, T0 = 0.02 } ]
+effects = [ { id = "viscous_damping", c = 0.012 } ]
+[lateral.covariance]
+order = ["k", "k1"]
+coverage = 2.262
+spread = { k = 0.08, k1 = 0.05, T01 = 0, "viscous_damping.c" = 1e-3 }
+matrix = [ [0.01, 0.0], [0.0, 0.04] ]
+)";
+
+TEST(ParameterSetFile, CarriesCoverageAndSpread) {
+  const ParameterSet set = ParseParameterSet(kWithSpread, "set.toml");
+  const Covariance& covariance = set.lateral->covariance.value();
+  EXPECT_EQ(covariance.coverage, 2.262);
+  EXPECT_THAT(covariance.spread, ElementsAre(testing::Pair("T01", 0), testing::Pair("k", 0.08),
+                                             testing::Pair("k1", 0.05), testing::Pair("viscous_damping.c", 1e-3)));
+  EXPECT_THAT(FormatParameterSet(set), HasSubstr(R"(
+covariance = { order = ["k", "k1"], coverage = 2.262, spread = { k = 0.08, k1 = 0.05, T01 = 0.0, "viscous_damping.c" = 0.001 }, matrix = [  # products of the parameters' units
+  [0.01, 0.0],
+  [0.0, 0.04],
+] }
+)"));
+  // A file that says nothing of them, as all did once.
+  const ParameterSet old = ParseParameterSet(kExtended, "set.toml");
+  EXPECT_FALSE(old.lateral->covariance->coverage);
+  EXPECT_TRUE(old.lateral->covariance->spread.empty());
+}
+
 TEST(ParameterSetFile, IsWrittenForPeople) {
   EXPECT_EQ(FormatParameterSet(ParseParameterSet(kExtended, "set.toml")),
             R"(# Parameters of a UIC link suspension for Piotrowski's dry-friction model. Format: data/README.md.
@@ -203,6 +235,9 @@ class RandomSets {
         covariance.matrix[i][j] = covariance.matrix[j][i] = correlation * sigma[i] * sigma[j];
       }
     }
+    if (Count(0, 1)) covariance.coverage = Positive();
+    for (const std::string& symbol : covariance.order)
+      if (Count(0, 1)) covariance.spread[symbol] = std::abs(Finite());
     return covariance;
   }
 
@@ -228,6 +263,8 @@ void ExpectSame(const DirectionParameters& a, const DirectionParameters& b) {
   if (!a.covariance) return;
   EXPECT_EQ(a.covariance->order, b.covariance->order);
   EXPECT_EQ(a.covariance->matrix, b.covariance->matrix);
+  EXPECT_EQ(a.covariance->coverage, b.covariance->coverage);
+  EXPECT_EQ(a.covariance->spread, b.covariance->spread);
 }
 
 TEST(ParameterSetFile, ReadsBackBitByBit) {
@@ -319,6 +356,21 @@ TEST(ParameterSetErrors, CheckTheCovariance) {
             "set.toml:7: expected a covariance of k1, k within +-2, found 3");
   EXPECT_EQ(CovarianceMessage("covariance = { order = [\"k\"], matrix = [[nan]] }\n"),
             "set.toml:7: expected a finite number matrix[1][1] [product of units], found nan");
+}
+
+TEST(ParameterSetErrors, CheckCoverageAndSpread) {
+  // The lines of the keys, where the covariance is a table of its own.
+  EXPECT_EQ(CovarianceMessage("[lateral.covariance]\norder = [\"k\"]\nmatrix = [[1]]\ncoverage = 0\n"
+                              "[lateral.covariance.spread]\nk = -1\nk2 = 1\n"),
+            "set.toml:10: expected coverage > 0 [standard deviations], found 0\n"
+            "set.toml:12: expected k >= 0 [unit of the parameter], found -1\n"
+            "set.toml:13: expected a known key in lateral.covariance.spread, found \"k2\" (known: T01, k, k1)");
+  EXPECT_EQ(CovarianceMessage("covariance = { order = [\"k\"], matrix = [[1]], coverage = \"wide\" }\n"),
+            "set.toml:7: expected coverage > 0 [standard deviations], found \"wide\"");
+  EXPECT_EQ(CovarianceMessage("covariance = { order = [\"k\"], matrix = [[1]], spread = 0.1 }\n"),
+            "set.toml:7: expected a table spread, found 0.1");
+  EXPECT_EQ(CovarianceMessage("covariance = { order = [\"k\"], matrix = [[1]], spread = { k = nan } }\n"),
+            "set.toml:7: expected k >= 0 [unit of the parameter] and finite, found nan");
 }
 
 TEST(ParameterSetErrors, CheckTheEffects) {

@@ -303,5 +303,15 @@ TEST_F(Files, SayWhyTheyCannotBeWritten) {
   EXPECT_EQ(ReadFileWhole(folder_ / "file"), "old");
 }
 
+TEST(Table, TellsTablesFromOtherValuesAndTakesKeysAsKnown) {
+  Table file = Table::Parse("a = { x = 1 }\nb = [1, 2]\nextra = 3\n", "f.toml");
+  EXPECT_TRUE(file.HasTable("a"));
+  EXPECT_FALSE(file.HasTable("b"));
+  EXPECT_FALSE(file.HasTable("c"));
+  EXPECT_THROW(file.Finish(), InputError) << "looking is not asking";
+  file.Know({"a", "b", "extra", "never there"});
+  EXPECT_NO_THROW(file.Finish());
+}
+
 }  // namespace
 }  // namespace uiclink

@@ -28,7 +28,7 @@ using testing::IsEmpty;
 ParameterSet Shipped(const std::string& name) { return ReadParameterSet(FindDataFile("parameter_sets", name)); }
 
 ValidationSet Given(ParameterSet set) {
-  return {.role = "identified", .file = "out/parameters.toml", .sha256 = "none", .set = std::move(set)};
+  return {.role = "identified", .label = {}, .file = "out/parameters.toml", .sha256 = "none", .set = std::move(set)};
 }
 
 /// Set 1, with the correlated errors of k and k1 that a fit of the lateral direction has.
@@ -134,7 +134,7 @@ TEST(Validate, BoundsAreThePropagatedCovariance) {
 
 TEST(Validate, DirectionsAreIndependentAndHaveTheirOwnCoverage) {
   ValidationSet lateral = Given(Uncertain());
-  lateral.coverage = {4.3, 1.96};  // Student, three records
+  lateral.set.lateral->covariance->coverage = 4.3;  // Student, three records
   ValidationSet longitudinal = Given(Shipped("set1")), both = lateral;
   longitudinal.set.longitudinal->covariance = {.order = {"k", "k2"}, .matrix = {{1e-2, 0}, {0, 4e-2}}};
   both.set.longitudinal = longitudinal.set.longitudinal;

@@ -1,0 +1,108 @@
+#include "vehicle/hunting/fold_bounds.h"
+
+#include <fmt/format.h>
+
+#include <Eigen/SVD>
+#include <algorithm>
+#include <chrono>
+#include <cmath>
+#include <numeric>
+#include <stdexcept>
+
+#include "dynamics/continuation.h"
+
+namespace uiclink {
+namespace {
+
+using Eigen::Index;
+
+/// Components of the state that are free to move: neither held nor slaved.
+std::vector<Index> FreeComponents(const Passage& passage, int size) {
+  std::vector<Index> free(static_cast<std::size_t>(size));
+  std::iota(free.begin(), free.end(), 0);
+  for (const std::vector<int>& set : {passage.held, passage.slaved_start})
+    std::erase_if(free, [&](Index i) { return std::ranges::find(set, i) != set.end(); });
+  return free;
+}
+
+/// The left null vector of the linearised equations of a fold, over the free components of end - start.
+Eigen::VectorXd FindLeftNull(const Cycle& fold, const std::vector<Index>& free, const Eigen::VectorXd& scales) {
+  const auto size = static_cast<Index>(free.size());
+  const Eigen::VectorXd scale = scales(free);
+  const Eigen::VectorXd rate = fold.passage.rate(free).cwiseQuotient(scale);
+  Eigen::MatrixXd equations = Eigen::MatrixXd::Zero(size + 1, size + 1);
+  equations.topLeftCorner(size, size) =
+      scale.cwiseInverse().asDiagonal() * fold.passage.by_start(free, free) * scale.asDiagonal();
+  equations.topLeftCorner(size, size).diagonal().array() -= 1;
+  equations.topRightCorner(size, 1) = rate;
+  equations.bottomLeftCorner(1, size) = rate.transpose();
+  const Eigen::JacobiSVD<Eigen::MatrixXd> svd(equations, Eigen::ComputeFullU);
+  return svd.matrixU().col(size).head(size).cwiseQuotient(scale);
+}
+
+/// A little beyond the fold its cycle is stable on one side; followed from there it turns round within so many points.
+constexpr std::size_t kPointsToFold = 60;
+
+}  // namespace
+
+Eigen::VectorXd CalcFoldGradient(const SetScatter& scatter, const Wagon& wagon, const Cycle& fold,
+                                 const WagonFlowOptions& options) {
+  const double V = fold.lambda;
+  const WagonFlow nominal(FamilyBySpeed(wagon), V, options);
+  const std::vector<Index> free = FreeComponents(fold.passage, nominal.size());
+  const Eigen::VectorXd w = FindLeftNull(fold, free, nominal.scales());
+  const double by_speed = w.dot(fold.passage.by_parameter(free));
+  if (!(std::abs(by_speed) > 0)) throw std::runtime_error("the speed does not act on the fold");
+  const Eigen::VectorXd by_parameters = DifferentiateByParameters(scatter, [&](const Eigen::VectorXd& values) {
+    WagonFlow flow(FamilyBySpeed(WithLinks(wagon, scatter.LinksAt(values))), V, options);
+    return w.dot(flow.Pass(fold.state, fold.period, V, Flow::Derivatives::kNone).end(free));
+  });
+  return -by_parameters / by_speed;
+}
+
+double FindFoldNear(const Wagon& wagon, const Cycle& beyond, double fold, const WagonFlowOptions& options) {
+  WagonFlow flow(FamilyBySpeed(wagon), beyond.lambda, options);
+  ContinuationOptions continuation;
+  const double way = beyond.lambda - fold;
+  continuation.direction = way > 0 ? -1 : 1;
+  continuation.from = std::max(0.1 * fold, fold - 20 * std::abs(way));
+  continuation.to = fold + 20 * std::abs(way);
+  continuation.cycle.tolerance = 1e-6;
+  continuation.max_points = kPointsToFold;
+  continuation.first_step = 0.25 * std::abs(way);
+  continuation.max_step = 0.5;
+  double before = beyond.lambda;
+  continuation.on_point = [&](const Cycle& cycle) {  // on until it has turned round
+    const bool goes_on = (cycle.lambda - before) * way < 0;
+    before = cycle.lambda;
+    return goes_on;
+  };
+  const Cycle start = FindCycle(flow, beyond.lambda, beyond.state, beyond.period, continuation.cycle);
+  const Branch branch = FollowBranch(flow, start, continuation);
+  for (const BranchEvent& event : branch.events)
+    if (event.kind == BranchEventKind::kFold) return event.lambda;
+  throw CycleError(fmt::format("no fold was met up to {:.3f} m/s{}{}", branch.points.back().lambda,
+                               branch.reason.empty() ? "" : ": ", branch.reason));
+}
+
+FoldBounds CalcFoldBounds(const SetScatter& scatter, const Wagon& wagon, const Cycle& fold, const Cycle& beyond,
+                          const PropagateOptions& options, const WagonFlowOptions& flow) {
+  const auto begin = std::chrono::steady_clock::now();
+  FoldBounds bounds;
+  if (scatter.size() > 0) {
+    bounds.speed = PropagateScalar(
+        "nonlinear critical speed", "m/s",
+        [&](const Wagon& drawn) { return FindFoldNear(drawn, beyond, fold.lambda, flow); }, scatter, wagon, options);
+  }
+  bounds.speed.name = "nonlinear critical speed";
+  bounds.speed.unit = "m/s";
+  bounds.speed.nominal = fold.lambda;
+  if (!scatter.empty()) {
+    bounds.gradient = CalcFoldGradient(scatter, wagon, fold, flow);
+    AddShares(scatter, bounds.gradient, &bounds.speed);
+  }
+  bounds.wall_s = std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
+  return bounds;
+}
+
+}  // namespace uiclink
