@@ -4,6 +4,7 @@
 #include <optional>
 #include <string>
 
+#include "vehicle/command_bounds.h"
 #include "vehicle/commands.h"
 #include "vehicle/hunting/diagram_report.h"
 
@@ -21,6 +22,7 @@ struct BifurcationArguments {
   AttractorOptions attractors;
   std::optional<std::size_t> starts;
   std::optional<double> speed;  // of --method attractors [m/s]
+  BoundsArguments bounds;
   bool restart = false;
   int threads = 0;
 

@@ -8,13 +8,16 @@
 #include <cmath>
 #include <filesystem>
 #include <memory>
+#include <nlohmann/json.hpp>
 #include <optional>
 
 #include "data/input_error.h"
 #include "vehicle/bifurcation_work.h"
 #include "vehicle/commands.h"
 #include "vehicle/hunting/attractor_report.h"
+#include "vehicle/hunting/bounds_report.h"
 #include "vehicle/hunting/diagram_report.h"
+#include "vehicle/hunting/fold_bounds.h"
 
 namespace uiclink {
 namespace {
@@ -132,6 +135,31 @@ void MakeFolder(const Output& output) {
   if (error) throw InputError(output.folder, 0, "expected a folder that can be made, found: " + error.message());
 }
 
+/// The nonlinear critical speed of the draws, where it is a fold.
+std::optional<FoldBounds> FindBounds(const SetScatter& scatter, const Wagon& wagon, const BifurcationRun& run,
+                                     const Progress& progress) {
+  const std::optional<NonlinearCritical>& critical = run.diagram.nonlinear;
+  if (!critical || critical->by != "fold") return std::nullopt;
+  const Branch& branch = run.diagram.branches.at(critical->branch).branch;
+  const auto fold = std::ranges::find_if(branch.events, [&](const BranchEvent& event) {
+    return event.kind == BranchEventKind::kFold && event.lambda == critical->speed;
+  });
+  // Near the fold, but not so near that a draw's fold may lie beyond it.
+  constexpr double kBeyond = 0.05;
+  const Cycle* beyond = nullptr;
+  for (const Cycle& cycle : branch.points)
+    if (cycle.stable() && cycle.lambda > critical->speed + kBeyond && (!beyond || cycle.lambda < beyond->lambda))
+      beyond = &cycle;
+  if (fold == branch.events.end() || beyond == nullptr) return std::nullopt;
+  return CalcFoldBounds(scatter, wagon, fold->cycle, *beyond, MakePropagateOptions(progress, "folds of the draws"));
+}
+
+std::string FormatFirstOrder(const ScalarBounds& speed) {
+  if (!speed.linear_low || !speed.linear_high) return {};
+  return fmt::format("To first order, from the fold's own equations: {:.4f} to {:.4f} m/s.\n", *speed.linear_low,
+                     *speed.linear_high);
+}
+
 int RunBifurcation(Arguments arguments) {
   CheckArguments(&arguments);
   CheckWritable(arguments.output);
@@ -140,13 +168,29 @@ int RunBifurcation(Arguments arguments) {
   const InterruptGuard guard;
   MakeFolder(arguments.output);
   const BifurcationRun run = ComputeBifurcation(arguments, inputs);
-  const std::string json = FormatBifurcationJson(run);
+  std::string json = FormatBifurcationJson(run), text = FormatBifurcation(run);
   FigureWriter files(arguments.output);
+  const std::optional<SetScatter> scatter =
+      run.continued && !run.interrupted ? MakeScatter(arguments.bounds, inputs) : std::nullopt;
+  if (scatter) {
+    const Progress progress(arguments.output);
+    const std::optional<FoldBounds> bounds = FindBounds(*scatter, MakeWagon(inputs), run, progress);
+    progress.Clear();
+    if (bounds) {
+      json = WithLowAndHigh(json, "nonlinear_critical_speed", bounds->speed);
+      json = WithKey(json, "bounds",
+                     {{"scatter", ScatterToJson(*scatter)}, {"nonlinear_critical_speed", BoundsToJson(bounds->speed)}});
+      text += "\n" + FormatBounds(*scatter, {bounds->speed}) + FormatFirstOrder(bounds->speed);
+      WriteBounds("nonlinear critical speed, " + inputs.freight.name, *scatter, {bounds->speed}, &files);
+    } else {
+      PrintNotices({"no bounds: the nonlinear critical speed is no fold of a branch here"});
+    }
+  }
   WriteFiles(run, json, &files);
   PrintNotices(files.notices());
   const std::vector<std::string> faults = ListFaults(run);
   PrintNotices(faults);
-  Emit(arguments.output, FormatBifurcation(run) + files.Written(), json);
+  Emit(arguments.output, text + files.Written(), json);
   if (run.interrupted) {
     const bool goes_on = HasProgress(arguments);
     fmt::print(stderr, "wagon: interrupted{}\n", goes_on ? "; the same command goes on where it was" : "");
@@ -238,6 +282,7 @@ Command AddBifurcationCommand(CLI::App* program) {
   AddContinuationOptions(app, &arguments->diagram);
   AddTraceOptions(app, arguments.get());
   AddSurveyOptions(app, arguments.get());
+  AddBoundsOptions(app, &arguments->bounds, 0);
   AddOutputOptions(app, &arguments->output, "out");
   AddWagonOptions(app, &arguments->choice);
   app->footer(
@@ -245,6 +290,7 @@ Command AddBifurcationCommand(CLI::App* program) {
       "  wagon bifurcation --set set1 --geometry thesis-equivalent --com printed --from 8 --to 30\n"
       "  wagon bifurcation --method trace --legs 15:23:8 --geometry thesis-equivalent\n"
       "  wagon bifurcation --method attractors --speed 24 --attractors 64 --cargo packed\n"
+      "  wagon bifurcation --set out/parameters.toml --geometry thesis-equivalent --draws 20   # 95 % bounds\n"
       "  wagon bifurcation --json - --quiet | jq .nonlinear_critical_speed.value\n\n"
       "Writes bifurcation.csv, trace.csv, bifurcation.svg, multipliers.svg and bifurcation.json (attractors.csv) to "
       "the "

@@ -1,5 +1,6 @@
 // What `wagon reproduce` covers of chapter 10, how it compares, and its pages.
 
+#include <fmt/format.h>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -136,14 +137,28 @@ TEST(ReproduceHtml, SaysOnceWhatGnuplotSaysAtEveryTic) {
   const std::string group =
       "<g fill=\"none\" color=\"black\" stroke=\"currentColor\" stroke-width=\"0.80\" stroke-linecap=\"butt\" "
       "stroke-linejoin=\"miter\">";
-  const std::string html = InlineSvg("<svg><g id=\"gnuplot_canvas\">\n<rect fill=\"#ffffff\"/>" + group + "\n</g>\n" +
-                                         group + "<path d='M1.25,10.00 L3.00,4.56 '/></g></g></svg>",
+  const std::string html =
+      InlineSvg("<svg><g id=\"gnuplot_canvas\">\n<rect fill=\"#ffffff\"/>" + group + "\n</g>\n" + group +
+                    "<path d='M1.25,10.00 L3.00,4.56  '/><text>18.40 m/s</text></g></g></svg>",
+                "p-", "d");
+  EXPECT_EQ(html,
+            "<svg role=\"img\" aria-label=\"d\"><g id=\"p-gnuplot_canvas\" fill=\"none\" color=\"black\" "
+            "stroke=\"currentColor\" stroke-linecap=\"butt\" stroke-linejoin=\"miter\" font-family=\"Helvetica\">\n"
+            "<rect fill=\"#ffffff\" stroke=\"none\"/><g stroke-width=\"0.80\">"
+            "<path d='M1.2,10.0 L3.0,4.5  "
+            "'/><text>18.40 m/s</text></g></g></svg>");
+}
+
+TEST(ReproduceHtml, MakesOnePathOfDiscs) {
+  const auto disc = [](const char* at, const char* colour) {
+    return fmt::format("\t<use xlink:href='#gpPt6' transform='translate({}) scale(1.50)' color='{}'/>\n", at, colour);
+  };
+  const std::string html = InlineSvg("<svg><g id=\"gnuplot_canvas\">\n" + disc("1.5,2.5", "red") +
+                                         disc("3.5,4.5", "red") + disc("5.5,6.5", "blue") + "</g></svg>\n",
                                      "p-", "d");
-  EXPECT_EQ(
-      html,
-      "<svg role=\"img\" aria-label=\"d\"><g id=\"p-gnuplot_canvas\" fill=\"none\" color=\"black\" "
-      "stroke=\"currentColor\" stroke-linecap=\"butt\" stroke-linejoin=\"miter\" font-family=\"Helvetica\">\n"
-      "<rect fill=\"#ffffff\" stroke=\"none\"/><g stroke-width=\"0.80\"><path d='M1.2,10.0 L3.0,4.5 '/></g></g></svg>");
+  EXPECT_THAT(html,
+              HasSubstr("<path stroke-width='3' stroke-linecap='round' stroke='red' d='M1.5,2.5 h0M3.5,4.5 h0'/>\n"
+                        "<path stroke-width='3' stroke-linecap='round' stroke='blue' d='M5.5,6.5 h0'/>\n</g></svg>"));
 }
 
 /// Value of the line at x, between its points.
@@ -176,7 +191,7 @@ TEST(ReproduceThinning, LinesStayWithinHalfAPixelAndGapsStay) {
   for (std::size_t i = 0; i < whole.x.size(); ++i)
     EXPECT_NEAR(LineAt(line, whole.x[i]), whole.y[i], bound) << whole.x[i];
   EXPECT_EQ(*std::ranges::max_element(line.y), *std::ranges::max_element(whole.y));
-  EXPECT_NEAR(static_cast<double>(dots.x.size()), 600 / 2.4, 60);  // every fourth of 0.6 px
+  EXPECT_NEAR(static_cast<double>(dots.x.size()), 600 / 2.0, 2);  // one in two pixels
 
   FigureSeries& with_gap = broken.panels[0].series[0];
   with_gap.y[500] = std::numeric_limits<double>::quiet_NaN();

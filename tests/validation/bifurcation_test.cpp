@@ -77,6 +77,25 @@ TEST_F(BifurcationTest, TheHopfPointIsSubcriticalAboveMicrometres) {
     EXPECT_EQ(born.cycle.multipliers_one, 20) << "all 20 joints stick, so all that they remember stays";
 }
 
+/// A micrometre of rolling radius within half a millimetre of the middle decides the type: all joints stick there, so
+/// that nothing but the contact is not linear. Its odd third power leaves the conicity in the middle as it is.
+TEST_F(BifurcationTest, AMicrometreOfRollingRadiusDecidesTheType) {
+  const double linear = FindCrossing().V;
+  for (const double micrometre : {-1e-6, 1e-6}) {
+    WagonInputs changed = inputs;
+    for (ContactRow& row : changed.table.rows) {
+      const double u = row.y / 0.5e-3;
+      row.r += micrometre * u * u * u * std::exp(-u * u);
+    }
+    wagon = MakeWagon(changed);
+    const Crossing crossing = FindCrossing();
+    EXPECT_NEAR(crossing.V, linear, 1e-3);
+    const HopfPoint hopf = ExamineHopf(wagon, crossing);
+    ASSERT_TRUE(hopf.type) << hopf.reason;
+    EXPECT_EQ(*hopf.type, micrometre < 0 ? HopfType::kSupercritical : HopfType::kSubcritical);
+  }
+}
+
 /// Below the crossing an unstable cycle parts what dies from what grows; above it everything grows.
 TEST_F(BifurcationTest, RunsOnBothSidesOfTheHopfPointAgree) {
   const Crossing crossing = FindCrossing();

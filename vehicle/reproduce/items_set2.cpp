@@ -186,7 +186,7 @@ std::vector<Item> ListSetTwoItems() {
   return {EmptyTrace(),
           LoadedTrace("fig-10.23a", "figure 10.23(a)", "water", "yes",
                       "On thesis-equivalent the branch is born at 29.907 m/s, subcritical above micrometres, and turns "
-                      "round at 21.201."),
+                      "round at 21.201; between the torus points at 22.18 and 26.04 amplitudes swing slowly."),
           LoadedTrace("fig-10.23b", "figure 10.23(b)", "packed", "no",
                       "On thesis-equivalent the branch is born at 34.550 m/s, subcritical above micrometres; its "
                       "stable part begins near 32.11."),

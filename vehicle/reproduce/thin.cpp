@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <set>
 #include <utility>
 
 namespace uiclink::reproduce {
@@ -85,14 +86,13 @@ std::vector<char> KeepLine(const Pixels& at) {
   return kept;
 }
 
+/// One mark in each square of kApart pixels.
 std::vector<char> KeepMarks(const Pixels& at) {
   std::vector<char> kept(at.size(), 0);
-  std::size_t last = at.size();
+  std::set<std::pair<long, long>> taken;
   for (std::size_t i = 0; i < at.size(); ++i) {
     if (std::isnan(at.x[i])) continue;
-    if (last < at.size() && std::hypot(at.x[i] - at.x[last], at.y[i] - at.y[last]) < kApart) continue;
-    kept[i] = 1;
-    last = i;
+    kept[i] = taken.emplace(std::lround(at.x[i] / kApart), std::lround(at.y[i] / kApart)).second ? 1 : 0;
   }
   return kept;
 }
