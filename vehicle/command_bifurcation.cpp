@@ -95,6 +95,7 @@ void CheckArguments(Arguments* arguments) {
     throw UsageError("--attractors: expected --method attractors beside it, found " + arguments->method);
   if (arguments->starts) arguments->attractors.starts = *arguments->starts;
   arguments->diagram.threads = arguments->attractors.threads = arguments->threads;
+  arguments->attractors.seed = arguments->bounds.seed;
 }
 
 /// What there is to be said beside the page, and what makes the exit code 1.
@@ -255,10 +256,6 @@ void AddSurveyOptions(CLI::App* app, Arguments* arguments) {
   app->add_option("--speed", arguments->speed, "at which [m/s]")
       ->type_name("V")
       ->check(CheckBetween(kLowestSpeed, kHighestSpeed, "m/s"))
-      ->group(group);
-  app->add_option("--seed", arguments->attractors.seed, "of the start states")
-      ->type_name("N")
-      ->capture_default_str()
       ->group(group);
 }
 

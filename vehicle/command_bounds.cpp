@@ -43,7 +43,7 @@ void AddBoundsOptions(CLI::App* app, BoundsArguments* arguments, std::size_t dra
                   "records (Student: ten 2.26, five 2.78, three 4.30). Default: what the set says of itself, else 1.96")
       ->type_name("C")
       ->check(CheckBetween(0.1, 100, ""));
-  app->add_option("--seed", arguments->seed, "of the draws")->type_name("N")->capture_default_str();
+  app->add_option("--seed", arguments->seed, "of what is drawn")->type_name("N")->capture_default_str();
 }
 
 std::optional<SetScatter> MakeScatter(const BoundsArguments& arguments, const WagonInputs& inputs) {
