@@ -145,13 +145,15 @@ std::optional<FoldBounds> FindBounds(const SetScatter& scatter, const Wagon& wag
   const auto fold = std::ranges::find_if(branch.events, [&](const BranchEvent& event) {
     return event.kind == BranchEventKind::kFold && event.lambda == critical->speed;
   });
+  if (fold == branch.events.end()) return std::nullopt;
   // Near the fold, but not so near that a draw's fold may lie beyond it.
-  constexpr double kBeyond = 0.05;
+  const Eigen::VectorXd gradient = CalcFoldGradient(scatter, wagon, fold->cycle);
+  const double away = std::max(0.05, 4 * std::sqrt(gradient.dot(scatter.covariance() * gradient)));
   const Cycle* beyond = nullptr;
   for (const Cycle& cycle : branch.points)
-    if (cycle.stable() && cycle.lambda > critical->speed + kBeyond && (!beyond || cycle.lambda < beyond->lambda))
+    if (cycle.stable() && cycle.lambda > critical->speed + away && (!beyond || cycle.lambda < beyond->lambda))
       beyond = &cycle;
-  if (fold == branch.events.end() || beyond == nullptr) return std::nullopt;
+  if (beyond == nullptr) return std::nullopt;
   return CalcFoldBounds(scatter, wagon, fold->cycle, *beyond, MakePropagateOptions(progress, "folds of the draws"));
 }
 

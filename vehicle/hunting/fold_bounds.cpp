@@ -43,6 +43,8 @@ Eigen::VectorXd FindLeftNull(const Cycle& fold, const std::vector<Index>& free, 
 /// A little beyond the fold its cycle is stable on one side; followed from there it turns round within so many points.
 constexpr std::size_t kPointsToFold = 60;
 
+constexpr double kSettle = 30;  // [s]
+
 }  // namespace
 
 Eigen::VectorXd CalcFoldGradient(const SetScatter& scatter, const Wagon& wagon, const Cycle& fold,
@@ -67,7 +69,7 @@ double FindFoldNear(const Wagon& wagon, const Cycle& beyond, double fold, const 
   continuation.direction = way > 0 ? -1 : 1;
   continuation.from = std::max(0.1 * fold, fold - 20 * std::abs(way));
   continuation.to = fold + 20 * std::abs(way);
-  continuation.cycle.tolerance = 1e-6;
+  continuation.cycle.tolerance = 5e-6;  // DiagramOptions::tolerance
   continuation.max_points = kPointsToFold;
   continuation.first_step = 0.25 * std::abs(way);
   continuation.max_step = 0.5;
@@ -77,7 +79,10 @@ double FindFoldNear(const Wagon& wagon, const Cycle& beyond, double fold, const 
     before = cycle.lambda;
     return goes_on;
   };
-  const Cycle start = FindCycle(flow, beyond.lambda, beyond.state, beyond.period, continuation.cycle);
+  // The cycle is stable: a run finds the memory of the joints that belongs to the changed links.
+  const auto guess = flow.GuessCycle(flow.ToWagonState(beyond.state, beyond.lambda), beyond.lambda, kSettle);
+  if (!guess) throw CycleError(fmt::format("hunting dies at {:.3f} m/s already", beyond.lambda));
+  const Cycle start = FindCycle(flow, beyond.lambda, guess->state, guess->period, continuation.cycle);
   const Branch branch = FollowBranch(flow, start, continuation);
   for (const BranchEvent& event : branch.events)
     if (event.kind == BranchEventKind::kFold) return event.lambda;
