@@ -8,7 +8,7 @@ BranchStepper::BranchStepper(Flow& flow, const ContinuationOptions& options) : f
 
 double BranchStepper::Product(const Passage& passage, const Place& a, const Place& b) const {
   double sum = 0;
-  for (const int i : ActiveComponents(flow_, passage)) {
+  for (const int i : FreeComponents(passage)) {
     sum += a.state[i] * b.state[i] / (flow_.scales()[i] * flow_.scales()[i]);
   }
   return sum / flow_.size() + a.lambda * b.lambda / (options_.parameter_scale * options_.parameter_scale);
@@ -16,13 +16,12 @@ double BranchStepper::Product(const Passage& passage, const Place& a, const Plac
 
 std::vector<Condition> BranchStepper::PhaseConditions(const Cycle& cycle) const {
   if (flow_.ForcedPeriod(cycle.lambda)) return {};
-  return {StateCondition(flow_, ActivePart(flow_, cycle.passage, cycle.passage.rate), PlaceOf(cycle))};
+  return {StateCondition(flow_, ActivePart(cycle.passage, cycle.passage.rate), PlaceOf(cycle))};
 }
 
 Condition BranchStepper::Across(const Passage& passage, const Place& tangent, const Place& at) const {
   Condition condition;
-  condition.by_state =
-      ActivePart(flow_, passage, tangent.state).cwiseQuotient(flow_.scales().cwiseAbs2()) / flow_.size();
+  condition.by_state = ActivePart(passage, tangent.state).cwiseQuotient(flow_.scales().cwiseAbs2()) / flow_.size();
   condition.by_lambda = tangent.lambda / (options_.parameter_scale * options_.parameter_scale);
   condition.value = condition.by_state.dot(at.state) + condition.by_lambda * at.lambda;
   return condition;
@@ -88,8 +87,8 @@ BranchPoint BranchStepper::Shifted(const BranchPoint& from, double part) {
   tangent.state = passage.by_start * from.tangent.state + passage.rate * (part * from.tangent.period) +
                   passage.by_parameter * from.tangent.lambda;
   const Place guess{passage.end, cycle.period, cycle.lambda};
-  const Corrected found = Correct(
-      flow_, guess, {StateCondition(flow_, ActivePart(flow_, passage, passage.rate), guess)}, false, options_.cycle);
+  const Corrected found =
+      Correct(flow_, guess, {StateCondition(flow_, ActivePart(passage, passage.rate), guess)}, false, options_.cycle);
   return PointAt(MakeCycle(flow_, found, options_.cycle), tangent);
 }
 

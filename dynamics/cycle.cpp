@@ -21,7 +21,7 @@ void CheckNotEquilibrium(const Flow& flow, const Corrected& found, const CycleOp
 
 /// Eigenvalues of the monodromy matrix of the active components, by falling magnitude.
 std::vector<std::complex<double>> ActiveMultipliers(const Flow& flow, const Passage& passage) {
-  const std::vector<int> active = ActiveComponents(flow, passage);
+  const std::vector<int> active = FreeComponents(passage);
   if (active.empty()) return {};
   const Eigen::VectorXd scale = flow.scales()(active);
   const Eigen::MatrixXd monodromy =
@@ -46,7 +46,7 @@ Cycle FindCycle(Flow& flow, double lambda, const Eigen::VectorXd& guess, double 
     if (i < options.settle) place.state = before->end;
   }
   std::vector<Condition> conditions;
-  if (!forced) conditions.push_back(StateCondition(flow, ActivePart(flow, *before, before->rate), place));
+  if (!forced) conditions.push_back(StateCondition(flow, ActivePart(*before, before->rate), place));
   Corrected found = Correct(flow, place, conditions, false, options);
   if (!forced) CheckNotEquilibrium(flow, found, options);
   found.passages += forced ? options.settle : std::max(options.settle, 1);

@@ -15,7 +15,8 @@ struct Passage {
   std::vector<int> held;          ///< nothing has changed them from begin to end: multipliers that are exactly 1
   std::vector<int> slaved_start;  ///< no freedom at the start, they follow the others (a joint that slides): exactly 0
   std::vector<int> slaved_end;    ///< the same at the end
-  /// d end / d start and d end / d lambda, through all events; empty unless asked for. Columns of slaved_start are zero.
+  /// d end / d start and d end / d lambda, through all events; empty unless asked for. Columns of slaved_start are
+  /// zero.
   Eigen::MatrixXd by_start;
   Eigen::VectorXd by_parameter;
   /// Smallest and largest value of what the flow watches (Flow::watched) on the way.
@@ -24,6 +25,9 @@ struct Passage {
   /// texts mean equal sequences of events as far as the flow counts them.
   std::string character;
 };
+
+/// Components of the state with freedom of their own: neither held nor slaved at the start. Rising.
+std::vector<int> FreeComponents(const Passage& passage);
 
 /// A way in which states move, with one parameter: what the search for cycles knows of a system.
 ///

@@ -91,7 +91,7 @@ class Corrector {
     trial.place = std::move(place);
     trial.closure = Norm(flow_, trial.passage.end - trial.place.state);
     Eigen::VectorXd closure = Eigen::VectorXd::Zero(flow_.size());
-    for (const int i : ActiveComponents(flow_, trial.passage)) closure[i] = trial.passage.end[i] - trial.place.state[i];
+    for (const int i : FreeComponents(trial.passage)) closure[i] = trial.passage.end[i] - trial.place.state[i];
     trial.merit = std::hypot(Norm(flow_, closure), ConditionResiduals(trial.place).norm());
     if (!std::isfinite(trial.closure) || !std::isfinite(trial.merit)) throw CycleError("the end state is not finite");
     return trial;
@@ -131,7 +131,7 @@ class Corrector {
 
   /// One step that brings the residual down; false when there is none.
   bool Advance(Trial* now) {
-    if (!linearization_ || linearization_->active() != ActiveComponents(flow_, now->passage)) LinearizeAt(now);
+    if (!linearization_ || linearization_->active() != FreeComponents(now->passage)) LinearizeAt(now);
     if (StepDown(now)) return true;
     if (fresh_) return false;
     LinearizeAt(now);
@@ -193,19 +193,8 @@ Condition StateCondition(const Flow& flow, const Eigen::VectorXd& direction, con
   return condition;
 }
 
-std::vector<int> ActiveComponents(const Flow& flow, const Passage& passage) {
-  std::vector<bool> fixed(static_cast<std::size_t>(flow.size()), false);
-  for (const int i : passage.held) fixed[static_cast<std::size_t>(i)] = true;
-  for (const int i : passage.slaved_start) fixed[static_cast<std::size_t>(i)] = true;
-  std::vector<int> active;
-  for (int i = 0; i < flow.size(); ++i) {
-    if (!fixed[static_cast<std::size_t>(i)]) active.push_back(i);
-  }
-  return active;
-}
-
-Eigen::VectorXd ActivePart(const Flow& flow, const Passage& passage, const Eigen::VectorXd& values) {
-  const std::vector<int> active = ActiveComponents(flow, passage);
+Eigen::VectorXd ActivePart(const Passage& passage, const Eigen::VectorXd& values) {
+  const std::vector<int> active = FreeComponents(passage);
   Eigen::VectorXd part = Eigen::VectorXd::Zero(values.size());
   part(active) = values(active);
   return part;
@@ -213,7 +202,7 @@ Eigen::VectorXd ActivePart(const Flow& flow, const Passage& passage, const Eigen
 
 Linearization::Linearization(const Flow& flow, const Passage& passage, const Place& place,
                              const std::vector<Condition>& conditions, bool free_lambda)
-    : active_(ActiveComponents(flow, passage)),
+    : active_(FreeComponents(passage)),
       scales_(flow.scales() * std::sqrt(static_cast<double>(flow.size()))),
       period_(place.period),
       free_period_(!flow.ForcedPeriod(place.lambda).has_value()),

@@ -38,11 +38,8 @@ double Norm(const Flow& flow, const Eigen::VectorXd& difference);
 /// @throws CycleError when the direction is zero.
 Condition StateCondition(const Flow& flow, const Eigen::VectorXd& direction, const Place& at, double offset = 0);
 
-/// Components of the state with freedom of their own: neither held nor slaved at the start.
-std::vector<int> ActiveComponents(const Flow& flow, const Passage& passage);
-
 /// The same values, with zeros in all other components.
-Eigen::VectorXd ActivePart(const Flow& flow, const Passage& passage, const Eigen::VectorXd& values);
+Eigen::VectorXd ActivePart(const Passage& passage, const Eigen::VectorXd& values);
 
 /// The linear equations of Newton's method at a passage with derivatives:
 ///   (I - d end/d start) dz - rate dT - (d end/d lambda) dlambda = end - start,   conditions

@@ -146,15 +146,12 @@ std::optional<FoldBounds> FindBounds(const SetScatter& scatter, const Wagon& wag
     return event.kind == BranchEventKind::kFold && event.lambda == critical->speed;
   });
   if (fold == branch.events.end()) return std::nullopt;
-  // Near the fold, but not so near that a draw's fold may lie beyond it.
-  const Eigen::VectorXd gradient = CalcFoldGradient(scatter, wagon, fold->cycle);
-  const double away = std::max(0.05, 4 * std::sqrt(gradient.dot(scatter.covariance() * gradient)));
-  const Cycle* beyond = nullptr;
-  for (const Cycle& cycle : branch.points)
-    if (cycle.stable() && cycle.lambda > critical->speed + away && (!beyond || cycle.lambda < beyond->lambda))
-      beyond = &cycle;
-  if (beyond == nullptr) return std::nullopt;
-  return CalcFoldBounds(scatter, wagon, fold->cycle, *beyond, MakePropagateOptions(progress, "folds of the draws"));
+  try {
+    return CalcFoldBounds(scatter, wagon, fold->cycle, branch.points,
+                          MakePropagateOptions(progress, "folds of the draws"));
+  } catch (const CycleError&) {  // hunting is not stable far enough above the fold
+    return std::nullopt;
+  }
 }
 
 std::string FormatFirstOrder(const ScalarBounds& speed) {

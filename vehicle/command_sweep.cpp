@@ -3,7 +3,6 @@
 #include <fmt/format.h>
 
 #include <CLI/CLI.hpp>
-#include <cmath>
 #include <csignal>
 #include <filesystem>
 #include <memory>
@@ -60,12 +59,6 @@ fs::path StorePath(const Arguments& arguments) {
 
 std::string Plural(std::size_t count, const std::string& what) {
   return fmt::format("{} {}{}", count, what, count == 1 ? "" : "s");
-}
-
-std::string FormatTime(double s) {
-  if (s < 60) return fmt::format("{:.0f} s", std::ceil(s));
-  if (s < 3600) return fmt::format("{:.0f} min {:.0f} s", std::floor(s / 60), std::fmod(s, 60));
-  return fmt::format("{:.0f} h {:.0f} min", std::floor(s / 3600), std::fmod(s, 3600) / 60);
 }
 
 // --- before the runs -------------------------------------------------------------------------------------------------
@@ -154,7 +147,7 @@ int RunRoot(const Arguments& arguments, const SweepPlan& plan, Team* team, Sweep
   const Progress progress(arguments.output);
   const auto show = [&](const SweepProgress& now) {
     progress.Show(fmt::format("{} of {} runs, {} left", before + now.done, plan.size(),
-                              now.done > 0 ? FormatTime(now.left_s) : "?"));
+                              now.done > 0 ? FormatDuration(now.left_s) : "?"));
   };
   const SweepResult result = RunSweep(
       team, store, [] { return interrupted == 0; }, show);

@@ -23,8 +23,6 @@ constexpr std::array<TrackedMotion, 3> kCompared{TrackedMotion::kFrontLateral, T
                                                  TrackedMotion::kBodyLateral};
 /// A wheelset that moves less does not hunt [m] (AttractorOptions::least_motion).
 constexpr double kLeastHunting = 1e-5;
-/// The born cycle from which a branch begins, and the larger one that shows the way, by size among HopfOptions::sizes.
-constexpr double kBranchSize = 1e-4;
 /// Time that a traced motion is given to settle before a cycle is looked for [s].
 constexpr double kGuessSettle = 30;
 
@@ -93,8 +91,9 @@ class DiagramBuilder {
 
   void FollowBorn() {
     for (const HopfPoint& hopf : diagram_.hopfs) {
-      const auto larger = std::ranges::find_if(hopf.born, [](const BornCycle& b) { return b.size > kBranchSize; });
-      const auto first = std::ranges::find(hopf.born, kBranchSize, &BornCycle::size);
+      const auto larger =
+          std::ranges::find_if(hopf.born, [&](const BornCycle& b) { return b.size > options_.hopf.type_size; });
+      const auto first = std::ranges::find(hopf.born, options_.hopf.type_size, &BornCycle::size);
       if (first == hopf.born.end() || larger == hopf.born.end() || stopped_) continue;
       const std::string origin = fmt::format("born at {:.3f} m/s", hopf.crossing.V);
       try {

@@ -6,7 +6,6 @@
 #include <algorithm>
 #include <chrono>
 #include <cmath>
-#include <numeric>
 #include <stdexcept>
 
 #include "dynamics/continuation.h"
@@ -15,15 +14,6 @@ namespace uiclink {
 namespace {
 
 using Eigen::Index;
-
-/// Components of the state that are free to move: neither held nor slaved.
-std::vector<Index> FreeComponents(const Passage& passage, int size) {
-  std::vector<Index> free(static_cast<std::size_t>(size));
-  std::iota(free.begin(), free.end(), 0);
-  for (const std::vector<int>& set : {passage.held, passage.slaved_start})
-    std::erase_if(free, [&](Index i) { return std::ranges::find(set, i) != set.end(); });
-  return free;
-}
 
 /// The left null vector of the linearised equations of a fold, over the free components of end - start.
 Eigen::VectorXd FindLeftNull(const Cycle& fold, const std::vector<Index>& free, const Eigen::VectorXd& scales) {
@@ -45,13 +35,29 @@ constexpr std::size_t kPointsToFold = 60;
 
 constexpr double kSettle = 30;  // [s]
 
+/// The cycle that draws begin from is at least so far above the fold, and so many standard deviations of the fold's
+/// speed: not so near that a draw's fold may lie beyond it.
+constexpr double kLeastWay = 0.05;  // [m/s]
+constexpr double kStdsBeyond = 4;
+
+/// The nearest stable cycle more than `away` above the fold.
+const Cycle& FindBeyond(std::span<const Cycle> branch, double fold, double away) {
+  const Cycle* beyond = nullptr;
+  for (const Cycle& cycle : branch)
+    if (cycle.stable() && cycle.lambda > fold + away && (!beyond || cycle.lambda < beyond->lambda)) beyond = &cycle;
+  if (beyond == nullptr)
+    throw CycleError(fmt::format("the branch has no stable cycle from {:.3f} m/s on", fold + away));
+  return *beyond;
+}
+
 }  // namespace
 
 Eigen::VectorXd CalcFoldGradient(const SetScatter& scatter, const Wagon& wagon, const Cycle& fold,
                                  const WagonFlowOptions& options) {
   const double V = fold.lambda;
   const WagonFlow nominal(FamilyBySpeed(wagon), V, options);
-  const std::vector<Index> free = FreeComponents(fold.passage, nominal.size());
+  const std::vector<int> components = FreeComponents(fold.passage);
+  const std::vector<Index> free(components.begin(), components.end());
   const Eigen::VectorXd w = FindLeftNull(fold, free, nominal.scales());
   const double by_speed = w.dot(fold.passage.by_parameter(free));
   if (!(std::abs(by_speed) > 0)) throw std::runtime_error("the speed does not act on the fold");
@@ -90,11 +96,15 @@ double FindFoldNear(const Wagon& wagon, const Cycle& beyond, double fold, const 
                                branch.reason.empty() ? "" : ": ", branch.reason));
 }
 
-FoldBounds CalcFoldBounds(const SetScatter& scatter, const Wagon& wagon, const Cycle& fold, const Cycle& beyond,
-                          const PropagateOptions& options, const WagonFlowOptions& flow) {
+FoldBounds CalcFoldBounds(const SetScatter& scatter, const Wagon& wagon, const Cycle& fold,
+                          std::span<const Cycle> branch, const PropagateOptions& options,
+                          const WagonFlowOptions& flow) {
   const auto begin = std::chrono::steady_clock::now();
   FoldBounds bounds;
+  if (!scatter.empty()) bounds.gradient = CalcFoldGradient(scatter, wagon, fold, flow);
   if (scatter.size() > 0) {
+    const double std = std::sqrt(bounds.gradient.dot(scatter.covariance() * bounds.gradient));
+    const Cycle& beyond = FindBeyond(branch, fold.lambda, std::max(kLeastWay, kStdsBeyond * std));
     bounds.speed = PropagateScalar(
         "nonlinear critical speed", "m/s",
         [&](const Wagon& drawn) { return FindFoldNear(drawn, beyond, fold.lambda, flow); }, scatter, wagon, options);
@@ -102,10 +112,7 @@ FoldBounds CalcFoldBounds(const SetScatter& scatter, const Wagon& wagon, const C
   bounds.speed.name = "nonlinear critical speed";
   bounds.speed.unit = "m/s";
   bounds.speed.nominal = fold.lambda;
-  if (!scatter.empty()) {
-    bounds.gradient = CalcFoldGradient(scatter, wagon, fold, flow);
-    AddShares(scatter, bounds.gradient, &bounds.speed);
-  }
+  if (!scatter.empty()) AddShares(scatter, bounds.gradient, &bounds.speed);
   bounds.wall_s = std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
   return bounds;
 }

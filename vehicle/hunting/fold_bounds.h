@@ -1,6 +1,7 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <span>
 #include <string>
 #include <vector>
 
@@ -36,9 +37,13 @@ struct FoldBounds {
   double wall_s = 0;
 };
 
-/// Carries the draws of a scatter to the speed of a fold. Without draws to first order only.
+/// Carries the draws of a scatter to the speed of a fold at the lower end of hunting. Without draws to first order
+/// only.
+/// @param branch  that the fold is of: draws begin from one of its stable cycles above the fold (FindFoldNear).
+/// @throws CycleError where it has none far enough from the fold; as CalcFoldGradient.
 /// They hold the uncertainty of the links' parameters alone, not that of wagon, wheels or rails.
-FoldBounds CalcFoldBounds(const SetScatter& scatter, const Wagon& wagon, const Cycle& fold, const Cycle& beyond,
-                          const PropagateOptions& options = {}, const WagonFlowOptions& flow = {});
+FoldBounds CalcFoldBounds(const SetScatter& scatter, const Wagon& wagon, const Cycle& fold,
+                          std::span<const Cycle> branch, const PropagateOptions& options = {},
+                          const WagonFlowOptions& flow = {});
 
 }  // namespace uiclink

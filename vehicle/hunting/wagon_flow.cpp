@@ -339,13 +339,8 @@ class WagonFlow::Impl {
 /// Columns for what is free at the start, the rest by what it is: held memory keeps its value, slaved memory has none.
 void WagonFlow::Impl::Vary(const Eigen::VectorXd& start, double T, double lambda, Passage* passage) {
   const Index size = scales_.size();
-  std::vector<bool> free(static_cast<std::size_t>(size), true);
-  for (const std::vector<int>& set : {passage->held, passage->slaved_start})
-    for (const int i : set) free[static_cast<std::size_t>(i)] = false;
-  std::vector<Index> columns;
-  for (Index i = 0; i < size; ++i)
-    if (free[static_cast<std::size_t>(i)]) columns.push_back(i);
-
+  const std::vector<int> free = FreeComponents(*passage);
+  const std::vector<Index> columns(free.begin(), free.end());
   Variation variation(*wagon_, SpeedAt(lambda), scales_);
   variation.Follow(run_, Eigen::MatrixXd::Identity(size, size)(Eigen::all, columns), family_.varies_speed);
   passage->by_start = Eigen::MatrixXd::Zero(size, size);
