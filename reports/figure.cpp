@@ -10,33 +10,16 @@
 #include <utility>
 
 #include "reports/csv.h"
+#include "reports/escape.h"
 #include "reports/figure_layout.h"
+#include "reports/figure_style.h"
 #include "reports/gnuplot.h"
+#include "reports/pictures.h"
 
 namespace uiclink {
 namespace {
 
 enum class Format { kSvg, kPng };
-
-const char* ColourCode(FigureColour colour) {
-  switch (colour) {
-    case FigureColour::kBlue:
-      return "#0072b2";
-    case FigureColour::kVermilion:
-      return "#d55e00";
-    case FigureColour::kGreen:
-      return "#009e73";
-    case FigureColour::kPurple:
-      return "#cc79a7";
-    case FigureColour::kSky:
-      return "#56b4e9";
-    case FigureColour::kOrange:
-      return "#e69f00";
-    case FigureColour::kBlack:
-      return "#000000";
-  }
-  throw std::invalid_argument("RenderFigure: no such colour");
-}
 
 /// Number and size of gnuplot's point.
 std::string PointStyle(FigureMark mark) {
@@ -85,7 +68,8 @@ std::string Quote(std::string_view text) {
 /// Writes the script that draws a figure. Everything has its place in pixels (CalcLayout); gnuplot chooses the tics.
 class Script {
  public:
-  Script(const Figure& figure, Format format)
+  /// @param with_data  else the data are there from a script before.
+  Script(const Figure& figure, Format format, bool with_data = true)
       : figure_(figure),
         layout_(CalcLayout(figure)),
         points_(format == Format::kSvg ? 1 : 0.75),
@@ -93,7 +77,7 @@ class Script {
     Add("set encoding utf8\n");
     Add("set terminal {} size {},{} font 'Helvetica,{}' background '#ffffff'\n",
         format == Format::kSvg ? "svg" : "pngcairo", figure.width, layout_.height, 13 * points_);
-    for (std::size_t p = 0; p < figure.panels.size(); ++p) AddData(p);
+    for (std::size_t p = 0; with_data && p < figure.panels.size(); ++p) AddData(p);
     Add("set multiplot\nset border 3 lw 0.8 lc rgb '#404040'\nset tics nomirror out scale 0.6\n"
         "set grid lt 1 lc rgb '#e4e4e4' lw 0.8 dt solid\n");
     for (std::size_t p = 0; p < figure.panels.size(); ++p) AddPanel(p);
@@ -213,15 +197,12 @@ class Script {
 
   void AddPlot(std::size_t p) {
     const FigurePanel& panel = figure_.panels[p];
+    const std::vector<SeriesStyle> styles = CalcStyles(panel);
     Add("plot ");
-    std::size_t next_colour = 0;
     for (std::size_t s = 0; s < panel.series.size(); ++s) {
       const FigureSeries& series = panel.series[s];
-      const bool repeated = !series.colour && next_colour >= kColours && series.line == FigureLine::kSolid;
-      const FigureColour colour = series.colour ? *series.colour : static_cast<FigureColour>(next_colour++ % kColours);
-      Add("{} with {} lc rgb '{}' lw {} dt {} {} {}, ", Source(p, s), Style(series), ColourCode(colour), series.width,
-          DashStyle(repeated ? FigureLine::kDashed : series.line),
-          series.mark == FigureMark::kNone ? "" : PointStyle(series.mark),
+      Add("{} with {} lc rgb '{}' lw {} dt {} {} {}, ", Source(p, s), Style(series), ColourCode(styles[s].colour),
+          series.width, DashStyle(styles[s].line), series.mark == FigureMark::kNone ? "" : PointStyle(series.mark),
           series.name.empty() ? "notitle" : "title " + Quote(series.name));
     }
     Add("NaN notitle\n");  // a panel without series has axes, too
@@ -241,7 +222,6 @@ class Script {
     return series.line == FigureLine::kNone ? "points" : "linespoints";
   }
 
-  static constexpr std::size_t kColours = 7;
   const Figure& figure_;
   FigureLayout layout_;
   double points_;      ///< size of text that is a pixel high: SVG counts in pixels, PNG in points at 96 a inch
@@ -252,26 +232,6 @@ class Script {
 std::string Render(const Figure& figure, Format format) {
   CheckFigure(figure);
   return RunGnuplot(Script(figure, format).text());
-}
-
-std::string EscapeXml(std::string_view text) {
-  std::string escaped;
-  for (const char c : text) {
-    switch (c) {
-      case '&':
-        escaped += "&amp;";
-        break;
-      case '<':
-        escaped += "&lt;";
-        break;
-      case '>':
-        escaped += "&gt;";
-        break;
-      default:
-        escaped += static_cast<unsigned char>(c) < 0x20 ? ' ' : c;
-    }
-  }
-  return escaped;
 }
 
 /// Appends the indices of one block that ThinForDrawing keeps.
@@ -310,18 +270,53 @@ std::vector<std::size_t> ThinForDrawing(const std::vector<double>& x, const std:
   return kept;
 }
 
-std::string RenderSvg(const Figure& figure) {
-  std::string svg = Render(figure, Format::kSvg);
+namespace {
+
+std::string NameSvg(const Figure& figure, std::string svg) {
   // What a browser shows as the name of the picture and a screen reader reads out.
   constexpr std::string_view kName = "<title>Gnuplot</title>";
   if (const std::size_t at = svg.find(kName); at != std::string::npos) {
     const std::string& name = figure.title.empty() ? figure.panels.front().title : figure.title;
-    svg.replace(at, kName.size(), "<title>" + EscapeXml(name) + "</title>");
+    svg.replace(at, kName.size(), "<title>" + EscapeMarkup(name) + "</title>");
   }
   return svg;
 }
 
+/// Cuts what a stream begins with off it, up to the end of `last`, white space in front of it apart.
+std::string TakeUpTo(std::string_view last, std::string_view* stream) {
+  const std::size_t end = stream->find(last);
+  if (end == std::string_view::npos) throw FigureError("the figure cannot be drawn: gnuplot left one out");
+  std::string_view taken = stream->substr(0, end + last.size());
+  stream->remove_prefix(taken.size());
+  while (taken.starts_with('\n')) taken.remove_prefix(1);
+  return std::string(taken);
+}
+
+}  // namespace
+
+std::string RenderSvg(const Figure& figure) { return NameSvg(figure, Render(figure, Format::kSvg)); }
+
 std::string RenderPng(const Figure& figure) { return Render(figure, Format::kPng); }
+
+std::vector<Pictures> RenderPictures(std::span<const Figure> figures) {
+  std::vector<Pictures> pictures;
+  if (figures.empty()) return pictures;
+  std::string script;
+  for (const Figure& figure : figures) {
+    CheckFigure(figure);
+    script += Script(figure, Format::kSvg).text() + "set output\n";
+    script += Script(figure, Format::kPng, /*with_data=*/false).text() + "set output\n";
+  }
+  constexpr std::string_view kSvgEnd = "</svg>\n", kPngEnd = "IEND\xae\x42\x60\x82";
+  const std::string drawn = RunGnuplot(script);
+  std::string_view rest = drawn;
+  for (const Figure& figure : figures) {
+    Pictures& both = pictures.emplace_back();
+    both.svg = NameSvg(figure, TakeUpTo(kSvgEnd, &rest));
+    both.png = TakeUpTo(kPngEnd, &rest);
+  }
+  return pictures;
+}
 
 std::string FormatFigureData(const Figure& figure) {
   CheckFigure(figure);

@@ -27,6 +27,9 @@ struct FigureAxis {
   bool numbers = true;     ///< or no tics: places without a measure, such as bars with notes
   std::optional<double> low = std::nullopt;
   std::optional<double> high = std::nullopt;
+  /// Of x axes, on a page (HtmlPage::Chart): those with the same word zoom and pan together, in all figures of the
+  /// page. Without a word those of one figure do that have label, unit, scale and given bounds in common.
+  std::string link = {};
 };
 
 /// Points (x[i], y[i]), in the units of the axes. A point with a value that is not finite is left out, and the line is

@@ -17,16 +17,20 @@ class TextTable {
   /// A thin rule between the rows so far and the next ones.
   void AddRule();
 
+  struct Column {
+    std::vector<std::string> head;  ///< its lines
+    Align align;
+  };
+  const std::vector<Column>& columns() const { return columns_; }
+  /// As many cells as columns; an empty row is a rule.
+  const std::vector<std::vector<std::string>>& rows() const { return rows_; }
+
   /// The table with a rule under its head, each line indented by `indent` blanks and ended by '\n'.
   std::string Format(int indent = 0) const;
 
  private:
-  struct Column {
-    std::vector<std::string> head;
-    Align align;
-  };
   std::vector<Column> columns_;
-  std::vector<std::vector<std::string>> rows_;  // an empty row is a rule
+  std::vector<std::vector<std::string>> rows_;
 };
 
 /// Number of columns that UTF-8 text takes on a terminal: code points, since we write no wide ones.

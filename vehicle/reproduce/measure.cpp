@@ -6,9 +6,10 @@
 #include <chrono>
 #include <utility>
 
+#include "reports/chart.h"
+#include "reports/thin_figure.h"
 #include "vehicle/equilibrium.h"
 #include "vehicle/reproduce/motion.h"
-#include "vehicle/reproduce/thin.h"
 #include "vehicle/stability.h"
 #include "vehicle/start_state.h"
 
@@ -30,9 +31,11 @@ ItemResult Measure(const Task& task, const Bench& bench) {
 
 void Draw(const Figure& figure, const std::string& title, ItemResult* result) {
   try {
-    Figure thin = figure;
+    constexpr double kMagnified = 4;  // as HtmlPage::Chart
+    Figure thin = figure, chart = figure;
     ThinToPixels(&thin);
-    result->pictures.push_back({title, RenderSvg(thin)});
+    ThinToPixels(&chart, kMagnified);
+    result->pictures.push_back({title, RenderSvg(thin), FormatChart(chart)});
   } catch (const FigureError& error) {
     result->drawn = false;
     result->notices.push_back(fmt::format("a picture is missing ({}): {}", title, error.what()));

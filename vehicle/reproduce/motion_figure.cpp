@@ -69,7 +69,9 @@ Figure MotionFigure(const SimulationResult& run, const std::string& title, bool 
   const double end = run.samples.back().t;
   for (const Rows& rows : spectra ? kSpectrumRows : kImpactRows) {
     figure.panels.push_back(MakePanel(run, rows, end - shown, false));
+    figure.panels.back().x.link = title;
     figure.panels.push_back(MakePanel(run, rows, end - kCloseUp, true));
+    figure.panels.back().x.link = title + ", close";
   }
   return figure;
 }

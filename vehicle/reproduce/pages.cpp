@@ -3,9 +3,10 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cctype>
 #include <optional>
 
-#include "vehicle/reproduce/html.h"
+#include "reports/html_page.h"
 
 namespace uiclink::reproduce {
 namespace {
@@ -100,6 +101,13 @@ Cells TableRow(const Row& row, const Reproduction& reproduction, Find find) {
 
 std::string JoinWords(const std::vector<std::string>& words) { return fmt::format("{}", fmt::join(words, ", ")); }
 
+/// An element's id: letters, digits and '-', a letter first.
+std::string MakeChartId(std::string item, std::size_t geometry, std::size_t picture) {
+  for (char& c : item)
+    if (std::isalnum(static_cast<unsigned char>(c)) == 0) c = '-';
+  return fmt::format("chart-{}-{}-{}", item, geometry + 1, picture + 1);
+}
+
 /// What was run on each geometry, once where it is the same.
 void AppendTask(const Item& item, const Reproduction& reproduction, HtmlPage* page) {
   std::vector<std::string> said;
@@ -124,11 +132,15 @@ void AppendItem(const Item& item, const Reproduction& reproduction, HtmlPage* pa
   for (const Row& row : item.rows) rows.push_back(TableRow(row, reproduction, find));
   page->Table("Ours beside theirs", TableHead(reproduction), rows);
   if (!item.note.empty()) page->Paragraph(item.note);
-  for (const std::string& geometry : reproduction.geometries) {
+  for (std::size_t number = 0; number < reproduction.geometries.size(); ++number) {
+    const std::string& geometry = reproduction.geometries[number];
     const ItemResult* const result = reproduction.Find(geometry, item.id);
     if (result == nullptr) continue;
     for (const std::string& notice : result->notices) page->Paragraph(geometry + ": " + notice, "warning");
-    for (const Picture& picture : result->pictures) page->Picture(picture.svg, geometry + ": " + picture.title);
+    for (std::size_t i = 0; i < result->pictures.size(); ++i) {
+      const Picture& picture = result->pictures[i];
+      page->StoredChart(picture.chart, picture.svg, MakeChartId(item.id, number, i), geometry + ": " + picture.title);
+    }
   }
 }
 

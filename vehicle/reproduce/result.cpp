@@ -31,7 +31,8 @@ Value ToValue(const Json& json) {
 Json ToJson(const ItemResult& result) {
   Json values = Json::object(), pictures = Json::array();
   for (const auto& [name, value] : result.values) values[name] = ToJson(value);
-  for (const Picture& picture : result.pictures) pictures.push_back({{"title", picture.title}, {"svg", picture.svg}});
+  for (const Picture& picture : result.pictures)
+    pictures.push_back({{"title", picture.title}, {"svg", picture.svg}, {"chart", picture.chart}});
   return {{"values", values},          {"pictures", pictures},  {"notices", result.notices},
           {"failure", result.failure}, {"drawn", result.drawn}, {"wall_s", result.wall_s}};
 }
@@ -39,7 +40,8 @@ Json ToJson(const ItemResult& result) {
 ItemResult ToResult(const Json& json) {
   ItemResult result;
   for (const auto& [name, value] : json.at("values").items()) result.values[name] = ToValue(value);
-  for (const Json& picture : json.at("pictures")) result.pictures.push_back({picture.at("title"), picture.at("svg")});
+  for (const Json& picture : json.at("pictures"))
+    result.pictures.push_back({picture.at("title"), picture.at("svg"), picture.value("chart", "")});
   json.at("notices").get_to(result.notices);
   json.at("failure").get_to(result.failure);
   json.at("drawn").get_to(result.drawn);

@@ -18,6 +18,7 @@ using Value = std::variant<std::monostate, double, std::string>;
 struct Picture {
   std::string title;  ///< what it shows, for who cannot see it
   std::string svg;
+  std::string chart = {};  ///< the same to zoom and read values from (reports/chart.h); empty: none
 };
 
 /// What came out of an item on one geometry.

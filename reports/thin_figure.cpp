@@ -1,4 +1,4 @@
-#include "vehicle/reproduce/thin.h"
+#include "reports/thin_figure.h"
 
 #include <algorithm>
 #include <cmath>
@@ -6,12 +6,12 @@
 #include <set>
 #include <utility>
 
-namespace uiclink::reproduce {
+namespace uiclink {
 namespace {
 
-constexpr double kNear = 0.4;        // [px], of lines
-constexpr double kApart = 2;         // [px], of marks: less than their size
-constexpr std::size_t kMost = 1500;  // of a line: three to a pixel of half a page
+constexpr double kNear = 0.4;   // [px], of lines
+constexpr double kApart = 2;    // [px], of marks: less than their size
+constexpr double kMost = 1500;  // points of a line: three to a pixel of half a page
 
 /// Pixels per unit of an axis, roughly: frames and labels are taken for part of the panel.
 class PixelScale {
@@ -109,12 +109,13 @@ void Select(Keep keep, FigureSeries* series) {
   series->y.resize(count);
 }
 
-void ThinSeries(const PixelScale& x, const PixelScale& y, FigureSeries* series) {
+/// @param most  points of a line, about: more are brought to their outline.
+void ThinSeries(const PixelScale& x, const PixelScale& y, std::size_t most, FigureSeries* series) {
   const bool line = series->line != FigureLine::kNone;
   if (line && series->mark != FigureMark::kNone) return;  // marks that stand for something each
   if (line) {
     std::vector<char> outline(series->x.size(), 0);
-    for (const std::size_t i : ThinForDrawing(series->x, series->y, kMost)) outline[i] = 1;
+    for (const std::size_t i : ThinForDrawing(series->x, series->y, most)) outline[i] = 1;
     Select([&](std::size_t i) { return outline[i] != 0; }, series);
   }
   Pixels at;
@@ -129,15 +130,17 @@ void ThinSeries(const PixelScale& x, const PixelScale& y, FigureSeries* series) 
 
 }  // namespace
 
-void ThinToPixels(Figure* figure) {
+void ThinToPixels(Figure* figure, double magnified) {
+  const auto most = static_cast<std::size_t>(magnified * kMost);
   for (FigurePanel& panel : figure->panels) {
-    PixelScale x(panel.x, figure->width / static_cast<double>(figure->columns)), y(panel.y, figure->panel_height);
+    PixelScale x(panel.x, magnified * figure->width / static_cast<double>(figure->columns));
+    PixelScale y(panel.y, magnified * figure->panel_height);
     for (const FigureSeries& series : panel.series) {
       x.Include(series.x);
       y.Include(series.y);
     }
-    for (FigureSeries& series : panel.series) ThinSeries(x, y, &series);
+    for (FigureSeries& series : panel.series) ThinSeries(x, y, most, &series);
   }
 }
 
-}  // namespace uiclink::reproduce
+}  // namespace uiclink
