@@ -134,7 +134,7 @@ class EventFinder {
   }
 
   void Add(BranchEventKind kind, const Cycle& cycle) {
-    events_.push_back({kind, cycle.lambda, cycle.period, index_, "", cycle});
+    events_.push_back({kind, cycle.lambda, cycle.period, index_, "", false, cycle});
   }
 
   void AddCharacter() {

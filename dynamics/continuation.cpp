@@ -10,6 +10,7 @@
 
 #include "dynamics/branch_events.h"
 #include "dynamics/branch_point.h"
+#include "dynamics/corner.h"
 #include "dynamics/newton.h"
 
 namespace uiclink {
@@ -20,8 +21,11 @@ constexpr int kEasy = 8, kHard = 14;     // passages of a point below which the 
 constexpr double kStraight = 0.95;       // cosine between tangents above which the step may grow
 constexpr double kCorner = 0.5;          // ... below which a step is taken again, shorter
 constexpr double kFarOff = 0.5;          // a correction longer than this part of the step has met another branch
+constexpr double kFarOffAtCorner = 1.0;  // ... than this part of a short step, which may go round a corner
+constexpr double kBent = 0.05;           // ... one shorter than this does not tell to which side the branch bends
 constexpr double kShift = 0.381966;      // of the period: where a cycle is begun afresh when its start sits on an event
-constexpr double kSameCycle = 1e-4;      // relative difference of period and extents that closes a branch
+constexpr double kSameCycle = 2e-3;      // relative difference of period and extents that closes a branch: memory that
+                                         // the way round has left differently shifts means by more, these by less
 constexpr double kMaybeSameCycle = 0.1;  // ... at which it is worth a look
 
 std::string AtParameter(const std::string& what, double lambda) {
@@ -30,14 +34,14 @@ std::string AtParameter(const std::string& what, double lambda) {
   return what + text;
 }
 
-/// Largest relative difference of the periods and of what is watched.
+/// Largest relative difference of the periods and of the extents of what is watched.
 double CalcDifference(const Cycle& a, const Cycle& b) {
   const Eigen::VectorXd extent = a.passage.greatest - a.passage.least;
-  const double unit = extent.size() > 0 ? std::max(extent.maxCoeff(), 1e-300) : 1;
-  double difference = std::abs(a.period - b.period) / a.period;
+  const double difference = std::abs(a.period - b.period) / a.period;
   if (extent.size() == 0) return std::max(difference, (a.state - b.state).norm() / a.state.norm());
-  difference = std::max(difference, (a.passage.greatest - b.passage.greatest).cwiseAbs().maxCoeff() / unit);
-  return std::max(difference, (a.passage.least - b.passage.least).cwiseAbs().maxCoeff() / unit);
+  const double unit = std::max(extent.maxCoeff(), 1e-300);
+  const Eigen::VectorXd other = b.passage.greatest - b.passage.least;
+  return std::max(difference, (extent - other).cwiseAbs().maxCoeff() / unit);
 }
 
 class BranchFollower {
@@ -103,8 +107,11 @@ class BranchFollower {
     const double turn = RateCosine(next);
     if (turn < -kCorner) return End(BranchEnd::kEquilibrium);
     const double cosine = stepper_.Product(next.cycle.passage, here_.tangent, next.tangent);
-    const double correction = CorrectionLength(next, distance);
-    if (turn < 0 || cosine < kCorner || correction > kFarOff * distance) return Shorten("the branch has a corner");
+    const Place correction = PlaceOf(next.cycle) + -1.0 * (PlaceOf(here_.cycle) + distance * here_.tangent);
+    const bool far_off = stepper_.Length(next.cycle.passage, correction) > FarOff(distance) * distance;
+    if (turn < 0 || cosine < kCorner || far_off || MayBeOtherSheet(next, distance, correction)) {
+      return Shorten("the branch has a corner");
+    }
     if (options_.least_extent > 0 && Extent(next.cycle) < options_.least_extent) return End(BranchEnd::kEquilibrium);
     const std::size_t index = branch_.points.size() - 1;
     for (BranchEvent& event : FindEvents(&stepper_, here_, next, distance, index, options_)) {
@@ -121,9 +128,19 @@ class BranchFollower {
 
   double Extent(const Cycle& cycle) const { return (cycle.passage.greatest - cycle.passage.least).norm(); }
 
-  double CorrectionLength(const BranchPoint& next, double distance) const {
-    const Place guess = PlaceOf(here_.cycle) + distance * here_.tangent;
-    return stepper_.Length(next.cycle.passage, PlaceOf(next.cycle) + -1.0 * guess);
+  double FarOff(double distance) const { return distance > options_.first_step ? kFarOff : kFarOffAtCorner; }
+
+  /// May the step have met another sheet behind a corner? There the orientation is the other one although the branch
+  /// has not gone straight on, as it does where branches cross. With a long step either is enough, or a tangent that
+  /// turns away from the side to which the point was corrected: a short one decides.
+  bool MayBeOtherSheet(const BranchPoint& next, double distance, const Place& correction) const {
+    const Passage& passage = next.cycle.passage;
+    const bool is_long = distance > options_.first_step;
+    const Place bend = next.tangent + -stepper_.Product(passage, here_.tangent, next.tangent) * here_.tangent;
+    const bool is_bent = stepper_.Length(passage, bend) > kBent;
+    if (here_.determinant * next.determinant < 0) return is_long || is_bent;
+    return is_long && is_bent && stepper_.Length(passage, correction) > kBent * distance &&
+           stepper_.Product(passage, correction, bend) < 0;
   }
 
   /// Cosine between the ways in which the cycles start. On its way through an equilibrium a branch comes back as the
@@ -146,9 +163,34 @@ class BranchFollower {
 
   void Shorten(const std::string& why) {
     step_ *= kShrink;
-    if (step_ >= options_.min_step) return;
+    if (step_ >= options_.min_step || Turn()) return;
     if (!stepper_.forced() && shifts_++ == 0 && Shift()) return;
     End(BranchEnd::kLost, AtParameter(why, here_.cycle.lambda));
+  }
+
+  /// Round a corner.
+  bool Turn() {
+    std::optional<Corner> corner = TurnCorner(counted_, &stepper_, here_, options_.min_step, options_.first_step);
+    if (!corner || corner->beyond.cycle.lambda < options_.from || corner->beyond.cycle.lambda > options_.to)
+      return false;
+    AddCorner(*corner);
+    step_ = std::max(corner->distance, options_.min_step);
+    here_ = std::move(corner->beyond);
+    shifts_ = 0;
+    branch_.points.push_back(here_.cycle);
+    if (options_.on_point && !options_.on_point(here_.cycle)) End(BranchEnd::kStopped);
+    return true;
+  }
+
+  void AddCorner(const Corner& corner) {
+    const std::size_t index = branch_.points.size() - 1;
+    const Cycle& beyond = corner.beyond.cycle;
+    const bool turns_round = here_.tangent.lambda * corner.beyond.tangent.lambda < 0;
+    if (turns_round)
+      branch_.events.push_back({BranchEventKind::kFold, corner.lambda, corner.period, index, "", true, here_.cycle});
+    if (here_.cycle.passage.character == beyond.passage.character) return;
+    branch_.events.push_back({BranchEventKind::kCharacter, corner.lambda, corner.period, index,
+                              here_.cycle.passage.character + " -> " + beyond.passage.character, false, beyond});
   }
 
   /// A start that sits on an event of the flow is begun elsewhere.

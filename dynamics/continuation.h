@@ -22,9 +22,10 @@ struct BranchEvent {
   BranchEventKind kind = BranchEventKind::kFold;
   double lambda = 0;
   double period = 0;
-  std::size_t point = 0;  ///< it lies between this point of the branch and the next
-  std::string text;       ///< kCharacter: "slips 4 -> slips 8"; else ""
-  Cycle cycle;            ///< the cycle there; kCharacter, or where none was found: the nearest point of the branch
+  std::size_t point = 0;   ///< it lies between this point of the branch and the next
+  std::string text;        ///< kCharacter: "slips 4 -> slips 8"; else ""
+  bool at_corner = false;  ///< kFold: the direction of the branch jumps, as a joint begins to slip or a stop is met
+  Cycle cycle;  ///< the cycle there; kCharacter, corner, or where none was found: the nearest point before it
 };
 
 /// Why a branch ends.

@@ -22,8 +22,8 @@ struct LyapunovOptions {
   /// Norm (Flow::scales) of the deviation of a neighbour: large against the flow's own error, small against what the
   /// flow is curved by.
   double deviation = 1e-5;
-  int blocks = 20;                            ///< for the standard error
-  std::uint64_t seed = 1;                     ///< of the first deviation's direction
+  int blocks = 20;                                 ///< for the standard error
+  std::uint64_t seed = 1;                          ///< of the first deviation's direction
   std::function<bool(int done)> on_interval = {};  ///< false ends early; may be null
 };
 

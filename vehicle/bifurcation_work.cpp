@@ -9,6 +9,7 @@
 
 #include "data/file.h"
 #include "vehicle/equilibrium.h"
+#include "vehicle/hunting/parameter_diagram.h"
 #include "vehicle/hunting/progress_file.h"
 #include "vehicle/report_json.h"
 
@@ -143,14 +144,21 @@ std::optional<AttractorSurvey> RunSurvey(const Arguments& arguments, const Wagon
   return std::nullopt;
 }
 
-BifurcationDiagram FollowBranches(const Arguments& arguments, const Wagon& wagon, const Progress& progress) {
+BifurcationDiagram FollowBranches(const Arguments& arguments, const WagonInputs& inputs, const Wagon& wagon,
+                                  const Progress& progress) {
   DiagramOptions options = arguments.diagram;
   const Clock::time_point begin = Clock::now();
   options.on_progress = [&](const std::string& what) {
     progress.Show(fmt::format("{} ({})", what, FormatDuration(SecondsSince(begin))));
     return !InterruptGuard::Interrupted();
   };
-  BifurcationDiagram diagram = CalcDiagram(wagon, options);
+  BifurcationDiagram diagram;
+  if (arguments.by_parameter()) {
+    const ChosenParameter chosen = FindChosenParameter(arguments, inputs);
+    diagram = CalcParameterDiagram(chosen.family, chosen.parameter.value, options);
+  } else {
+    diagram = CalcDiagram(wagon, options);
+  }
   progress.Clear();
   return diagram;
 }
@@ -165,6 +173,13 @@ void FindLinear(const Arguments& arguments, const Wagon& wagon, BifurcationDiagr
 
 }  // namespace
 
+ChosenParameter FindChosenParameter(const BifurcationArguments& arguments, const WagonInputs& inputs) {
+  ChosenParameter chosen{.parameter = FindWagonParameter(inputs, arguments.parameter), .family = {}};
+  chosen.family =
+      FamilyByParameter(inputs, chosen.parameter, *arguments.speed, arguments.diagram.from, arguments.diagram.to);
+  return chosen;
+}
+
 BifurcationRun ComputeBifurcation(const BifurcationArguments& arguments, const WagonInputs& inputs) {
   const Clock::time_point begin = Clock::now();
   const Wagon wagon = MakeWagon(inputs);
@@ -174,9 +189,9 @@ BifurcationRun ComputeBifurcation(const BifurcationArguments& arguments, const W
   // The trace first: what it has done is kept, what the continuation has is not.
   if (arguments.traces()) run.trace = RunTrace(arguments, inputs, wagon, progress);
   if (arguments.continues() && !InterruptGuard::Interrupted()) {
-    run.diagram = FollowBranches(arguments, wagon, progress);
+    run.diagram = FollowBranches(arguments, inputs, wagon, progress);
     run.continued = true;
-  } else {
+  } else if (!arguments.by_parameter()) {
     FindLinear(arguments, wagon, &run.diagram);
   }
   if (arguments.surveys()) run.survey = RunSurvey(arguments, inputs, wagon, progress);

@@ -135,6 +135,12 @@ LinkState LinkState::WithJoints(const Link& link, double d, double v, std::span<
   return state;
 }
 
+LinkState LinkState::In(const Link& link) const {
+  LinkState state = *this;
+  state.Load(link);
+  return state;
+}
+
 LinkState LinkState::Rolling(const Link& link) {
   LinkState state = AtRest(link, 0);
   state.without_rolling_friction = true;

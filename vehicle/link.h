@@ -137,6 +137,8 @@ struct LinkState {
   /// All joints are given as they stand: p, direction of sliding, side of the clearance. For who knows the limits.
   /// @param joints  one per slider of the link.
   static LinkState WithJoints(const Link& link, double d, double v, std::span<const Joint> joints);
+  /// The same joints and stops, as they are, in a link with other numbers (and as many sliders).
+  LinkState In(const Link& link) const;
   /// What rolls on for ever at a vanishing amplitude about d = 0, for linear stability: every joint sticks, relaxed at
   /// d = 0; joints with clearance are within it.
   ///

@@ -65,9 +65,10 @@ void Normalize(std::array<Complex, kMaxState>* shape) {
 
 /// The crossing between two speeds whose numbers of unstable eigenvalues differ: bisection on whether the eigenvalue
 /// that crosses (by rank of its real part) is unstable.
-Crossing Locate(const Wagon& wagon, double low, int unstable_low, double high, int unstable_high, double tolerance) {
+Crossing Locate(const LinearFamily& family, double low, int unstable_low, double high, int unstable_high,
+                double tolerance) {
   const auto rank = static_cast<std::size_t>(std::max(unstable_low, unstable_high) - 1);
-  const auto real_part = [&](double V) { return CalcEigenvalues(Linearize(wagon, V))[rank].real(); };
+  const auto real_part = [&](double V) { return CalcEigenvalues(family(V))[rank].real(); };
   const double begin = low, end = high;
   while (high - low > tolerance) {
     const double middle = std::midpoint(low, high);
@@ -77,31 +78,31 @@ Crossing Locate(const Wagon& wagon, double low, int unstable_low, double high, i
   Crossing crossing;
   crossing.V = std::midpoint(low, high);
   crossing.to_unstable = unstable_high > unstable_low;
-  crossing.mode = CalcModes(Linearize(wagon, crossing.V))[rank];
+  crossing.mode = CalcModes(family(crossing.V))[rank];
   crossing.frequency_hz = crossing.mode.frequency_hz();
   // Far enough for the difference of two eigenvalues, near enough to stay between the neighbours.
-  const double reach = std::min({1e-3, crossing.V - begin + tolerance, end - crossing.V + tolerance});
+  const double reach = std::min({4e-3 * (end - begin), crossing.V - begin + tolerance, end - crossing.V + tolerance});
   crossing.real_part_slope = (real_part(crossing.V + reach) - real_part(crossing.V - reach)) / (2 * reach);
   return crossing;
 }
 
 /// All crossings of an interval, one for each eigenvalue or pair: several are told apart by halving.
-void LocateAll(const Wagon& wagon, double low, int unstable_low, double high, int unstable_high, double tolerance,
-               std::vector<Crossing>* crossings) {
+void LocateAll(const LinearFamily& family, double low, int unstable_low, double high, int unstable_high,
+               double tolerance, std::vector<Crossing>* crossings) {
   if (unstable_low == unstable_high) return;
   if (std::abs(unstable_high - unstable_low) <= 2 || high - low <= tolerance) {
-    crossings->push_back(Locate(wagon, low, unstable_low, high, unstable_high, tolerance));
+    crossings->push_back(Locate(family, low, unstable_low, high, unstable_high, tolerance));
     return;
   }
   const double middle = std::midpoint(low, high);
-  const int unstable = CountUnstable(CalcEigenvalues(Linearize(wagon, middle)));
-  LocateAll(wagon, low, unstable_low, middle, unstable, tolerance, crossings);
-  LocateAll(wagon, middle, unstable, high, unstable_high, tolerance, crossings);
+  const int unstable = CountUnstable(CalcEigenvalues(family(middle)));
+  LocateAll(family, low, unstable_low, middle, unstable, tolerance, crossings);
+  LocateAll(family, middle, unstable, high, unstable_high, tolerance, crossings);
 }
 
 void Check(const StabilityOptions& options) {
-  if (!(options.from > 0 && options.to > options.from && std::isfinite(options.to)))
-    throw std::invalid_argument("expected speeds 0 < from < to");
+  if (!(std::isfinite(options.from) && options.to > options.from && std::isfinite(options.to)))
+    throw std::invalid_argument("expected from < to");
   if (!(options.step > 0 && options.tolerance > 0))
     throw std::invalid_argument("expected a step and a tolerance above 0");
 }
@@ -146,7 +147,7 @@ std::vector<LinearMode> CalcModes(const LinearWagon& linear) {
   return modes;
 }
 
-StabilityResult FindCrossings(const Wagon& wagon, const StabilityOptions& options) {
+StabilityResult FindCrossings(const LinearFamily& family, const StabilityOptions& options) {
   Check(options);
   StabilityResult result;
   const auto steps = static_cast<int>(std::ceil((options.to - options.from) / options.step - 1e-9));
@@ -154,7 +155,7 @@ StabilityResult FindCrossings(const Wagon& wagon, const StabilityOptions& option
   int unstable_before = 0;
   for (int i = 0; i <= steps; ++i) {
     const double V = std::min(options.from + i * options.step, options.to);
-    const LinearWagon linear = Linearize(wagon, V);
+    const LinearWagon linear = family(V);
     const std::vector<Complex> eigenvalues = CalcEigenvalues(linear);
     const int unstable = CountUnstable(eigenvalues);
     if (options.on_speed) options.on_speed(V, eigenvalues);
@@ -162,15 +163,21 @@ StabilityResult FindCrossings(const Wagon& wagon, const StabilityOptions& option
       result.unstable_at_start = unstable;
       result.structural_zeros = linear.structural_zeros;
     } else {
-      LocateAll(wagon, before, unstable_before, V, unstable, options.tolerance, &result.crossings);
+      LocateAll(family, before, unstable_before, V, unstable, options.tolerance, &result.crossings);
     }
     result.searched_to = V;
-    if (!result.linear_critical_speed && result.unstable_at_start == 0 && !result.crossings.empty())
-      result.linear_critical_speed = result.crossings.front().V;
-    if (options.first_only && result.linear_critical_speed) break;
+    if (options.first_only && result.unstable_at_start == 0 && !result.crossings.empty()) break;
     before = V;
     unstable_before = unstable;
   }
+  return result;
+}
+
+StabilityResult FindCrossings(const Wagon& wagon, const StabilityOptions& options) {
+  if (!(options.from > 0)) throw std::invalid_argument("expected speeds 0 < from < to");
+  StabilityResult result = FindCrossings([&wagon](double V) { return Linearize(wagon, V); }, options);
+  if (result.unstable_at_start == 0 && !result.crossings.empty())
+    result.linear_critical_speed = result.crossings.front().V;
   return result;
 }
 

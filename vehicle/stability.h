@@ -55,9 +55,9 @@ struct StabilityOptions {
 
 /// A speed at which an eigenvalue or a pair of them crosses the imaginary axis.
 struct Crossing {
-  double V = 0;                ///< [m/s]
+  double V = 0;                ///< [m/s], or the parameter of a LinearFamily
   double frequency_hz = 0;     ///< 0: a real eigenvalue (the wagon diverges)
-  bool to_unstable = false;    ///< with growing speed
+  bool to_unstable = false;    ///< with growing speed or parameter
   LinearMode mode;             ///< at the crossing
   double real_part_slope = 0;  ///< d Re(lambda)/dV [1/m]
 };
@@ -74,5 +74,11 @@ struct StabilityResult {
 /// All crossings in a range of speeds, located by the sign of the crossing eigenvalue's real part.
 /// @throws std::invalid_argument for a range or tolerance that makes no sense; what FindEquilibrium throws.
 StabilityResult FindCrossings(const Wagon& wagon, const StabilityOptions& options = {});
+
+/// The wagon linearised at a value of some parameter.
+using LinearFamily = std::function<LinearWagon(double value)>;
+/// The same by another parameter than the speed: where StabilityOptions and StabilityResult say m/s it is the
+/// parameter's unit. There is no linear critical speed.
+StabilityResult FindCrossings(const LinearFamily& family, const StabilityOptions& options);
 
 }  // namespace uiclink

@@ -30,10 +30,14 @@ double CalcStaticCompression(const Wagon& wagon, double load) {
 
 Wagon::Wagon(const WagonData& data, const BodyInertia& inertia, bool loaded,
              const std::array<CornerLinks, kCorners>& links, const ContactTable& table, const WagonOptions& chosen)
+    : Wagon(data, inertia, loaded, links, ContactCurve(table), chosen) {}
+
+Wagon::Wagon(const WagonData& data, const BodyInertia& inertia, bool loaded,
+             const std::array<CornerLinks, kCorners>& links, const ContactCurve& curve, const WagonOptions& chosen)
     : g(data.g),
       b(data.b),
       mu(chosen.mu),
-      r0(table.r0),
+      r0(curve.r0()),
       wheelset(data.wheelset),
       body(inertia),
       guidance(data.guidance),
@@ -42,7 +46,7 @@ Wagon::Wagon(const WagonData& data, const BodyInertia& inertia, bool loaded,
       parabolic(data.parabolic),
       parabolic_damping(loaded ? data.parabolic.d_loaded : data.parabolic.d_unloaded),
       leaf(data.leaf),
-      contact(table) {
+      contact(curve) {
   for (std::size_t i = 0; i < kCorners; ++i) {
     Corner& corner = corners[i];
     corner.X = EndOf(i) * data.l - body.x;

@@ -47,6 +47,9 @@ class Wagon {
  public:
   Wagon(const WagonData& data, const BodyInertia& body, bool loaded, const std::array<CornerLinks, kCorners>& links,
         const ContactTable& table, const WagonOptions& options);
+  /// On a curve that is known already: making it from its table takes most of the time.
+  Wagon(const WagonData& data, const BodyInertia& body, bool loaded, const std::array<CornerLinks, kCorners>& links,
+        const ContactCurve& contact, const WagonOptions& options);
 
   // What does not change between corners.
   double g = 0;

@@ -62,14 +62,9 @@ struct SetPlace {
 
 /// Sets `corners` by a word; false if it is none of them.
 bool TakeCorners(const std::string& word, SetPlace* place) {
-  static const std::map<std::string, std::array<bool, kCorners>> words{
-      {"front", {true, true, false, false}},       {"rear", {false, false, true, true}},
-      {"front-left", {true, false, false, false}}, {"front-right", {false, true, false, false}},
-      {"rear-left", {false, false, true, false}},  {"rear-right", {false, false, false, true}}};
-  const auto found = words.find(word);
-  if (found == words.end()) return false;
-  place->corners = found->second;
-  return true;
+  const auto corners = FindCorners(word);
+  if (corners) place->corners = *corners;
+  return corners.has_value();
 }
 
 bool TakeDirection(const std::string& word, SetPlace* place) {
@@ -268,6 +263,15 @@ void NoteAxleLoad(WagonInputs* inputs) {
 }  // namespace
 
 const std::array<const char*, kCorners> kCornerNames{"front_left", "front_right", "rear_left", "rear_right"};
+
+std::optional<std::array<bool, kCorners>> FindCorners(const std::string& word) {
+  static const std::map<std::string, std::array<bool, kCorners>> words{
+      {"front", {true, true, false, false}},       {"rear", {false, false, true, true}},
+      {"front-left", {true, false, false, false}}, {"front-right", {false, true, false, false}},
+      {"rear-left", {false, false, true, false}},  {"rear-right", {false, false, false, true}}};
+  const auto found = words.find(word);
+  return found != words.end() ? std::optional(found->second) : std::nullopt;
+}
 
 void ReadWagonFile(const WagonChoice& choice, WagonInputs* inputs) {
   const ReadText wagon = Read("wagons", choice.wagon);

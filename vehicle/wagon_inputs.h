@@ -66,6 +66,9 @@ struct WagonInputs {
 /// "front_left", ..., in the order of corners.
 extern const std::array<const char*, kCorners> kCornerNames;
 
+/// The corners that a place of --set means: "front", "rear", "front-left", ...; none for another word.
+std::optional<std::array<bool, kCorners>> FindCorners(const std::string& word);
+
 /// Reads all files and computes contact table and inertia.
 /// @throws InputError for a file that cannot be used, UsageError for a set whose place is unknown or taken twice.
 WagonInputs ReadWagonInputs(const WagonChoice& choice);

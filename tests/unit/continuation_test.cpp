@@ -268,5 +268,94 @@ TEST(Continuation, TakesItsFirstStepTowardsAState) {
   EXPECT_LT(FollowBranch(flow, start, MakeOptions(-1, 1), &down).points[1].state.norm(), start.state.norm());
 }
 
+/// theta' = 1, r' = (lambda - slope (r - 1))/20 with another slope inside than outside of r = 1, in closed form. The
+/// cycles lie on two straight lines that meet at lambda = 0, r = 1.
+class KinkedFlow : public Flow {
+ public:
+  KinkedFlow(double inside, double outside) : inside_(inside), outside_(outside) {}
+  int size() const override { return 2; }
+  const VectorXd& scales() const override { return scales_; }
+  const std::vector<std::string>& watched() const override { return names_; }
+
+  Passage Pass(const VectorXd& start, double T, double lambda, Derivatives) override {
+    const double r = start.norm(), angle = std::atan2(start[1], start[0]);
+    Radius radius{r - 1, 1, 0};
+    const double here = radius.x < 0 ? inside_ : outside_, there = radius.x < 0 ? outside_ : inside_;
+    Radius end = Move(radius, T, lambda, here);
+    if (end.x * radius.x < 0) {  // x = 0 is met once; the rate is the same on both sides
+      const double crossing = -20 / here * std::log(lambda / (lambda - here * radius.x));
+      end = Move(radius, crossing, lambda, here);
+      end.x = 0;
+      end = Move(end, T - crossing, lambda, there);
+    }
+    const Vector2d before(std::cos(angle), std::sin(angle)), after(std::cos(angle + T), std::sin(angle + T));
+    const Vector2d across_before(-before[1], before[0]), across_after(-after[1], after[0]);
+    Passage passage;
+    passage.end = (1 + end.x) * after;
+    passage.rate = (lambda - (end.x < 0 ? inside_ : outside_) * end.x) / 20 * after + (1 + end.x) * across_after;
+    passage.by_start =
+        end.by_x * after * before.transpose() + (1 + end.x) / r * across_after * across_before.transpose();
+    passage.by_parameter = end.by_lambda * after;
+    passage.greatest = VectorXd::Constant(1, 1 + std::max(radius.x, end.x));
+    passage.least = -passage.greatest;
+    passage.character = radius.x < 0 ? "inside" : "outside";
+    return passage;
+  }
+
+ private:
+  struct Radius {
+    double x, by_x, by_lambda;  ///< r - 1, and its derivatives by its start and by the parameter
+  };
+  static Radius Move(const Radius& from, double T, double lambda, double slope) {
+    const double factor = std::exp(-slope / 20 * T), aim = lambda / slope;
+    return {aim + (from.x - aim) * factor, factor * from.by_x, factor * from.by_lambda + (1 - factor) / slope};
+  }
+
+  double inside_, outside_;
+  VectorXd scales_ = VectorXd::Ones(2);
+  std::vector<std::string> names_{"x"};
+};
+
+struct Slopes {
+  double inside, outside;
+};
+
+class CornerOfABranch : public testing::TestWithParam<Slopes> {};
+
+TEST_P(CornerOfABranch, IsTurnedWhateverItsAngle) {
+  const auto [inside, outside] = GetParam();
+  KinkedFlow flow(inside, outside);
+  const double r0 = 0.95, lambda0 = inside * (r0 - 1);
+  ContinuationOptions options = MakeOptions(-4, 4);
+  options.direction = inside > 0 ? 1 : -1;  // outwards
+  options.max_points = 60;
+  options.max_step = 0.1;
+  const Cycle start = FindCycle(flow, lambda0, Vector2d(r0, 0), 6.3, {.tolerance = 1e-11, .settle = 0});
+  const Branch branch = FollowBranch(flow, start, options);
+  EXPECT_NE(branch.end, BranchEnd::kLost) << branch.reason;
+  EXPECT_GT(branch.points.back().state.norm(), 1.05);
+  for (std::size_t i = 1; i < branch.points.size(); ++i) {
+    const double r = branch.points[i].state.norm();
+    EXPECT_GT(r, branch.points[i - 1].state.norm()) << "the branch has gone back";
+    EXPECT_NEAR(branch.points[i].lambda, (r < 1 ? inside : outside) * (r - 1), 1e-10);
+  }
+  const std::vector<BranchEvent> folds = EventsOf(branch, BranchEventKind::kFold);
+  if (inside * outside > 0) {
+    EXPECT_TRUE(folds.empty());
+  } else {
+    ASSERT_EQ(folds.size(), 1u);
+    EXPECT_TRUE(folds[0].at_corner);
+    // Both sides are straight in r; in the state they are, too, along the ray on which the phase condition holds them.
+    EXPECT_NEAR(folds[0].lambda, 0, 1e-8);
+    EXPECT_LT(branch.points[folds[0].point].state.norm(), 1);
+    EXPECT_GT(branch.points[folds[0].point + 1].state.norm(), 1);
+  }
+}
+
+// The branch turns by 2.5 to 176.6 degrees in the plane of the norm, (r / sqrt(2), lambda).
+INSTANTIATE_TEST_SUITE_P(Continuation, CornerOfABranch,
+                         testing::Values(Slopes{1, 1.1}, Slopes{0.5, 5}, Slopes{-1, 1}, Slopes{-1, 0.2},
+                                         Slopes{-0.3, 4}, Slopes{2, -3}, Slopes{-5, 10}, Slopes{-30, 20}));
+
 }  // namespace
 }  // namespace uiclink

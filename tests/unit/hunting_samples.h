@@ -24,17 +24,19 @@ struct HuntingSample {
 };
 inline void PrintTo(const HuntingSample& sample, std::ostream* out) { *out << sample.name; }
 
+inline std::vector<EffectValues> ExtendedEffects() {
+  return {{"viscous_damping", {{"c", 0.01}}},
+          {"clearance", {{"gap", 1e-4}}},
+          {"stribeck_friction", {{"s", 0.15}, {"v_s", 0.02}}}};
+}
+
 inline Wagon MakeWagon(const HuntingSample& sample, double stiffer = 1) {
   WagonFixture fixture{.freight = sample.freight};
   fixture.options.suspension = sample.suspension;
   fixture.options.guidance = sample.guidance;
   CornerLinks links = fixture.ReadLinks();
   links.lateral.k *= stiffer;
-  if (sample.extended) {
-    links.lateral.effects = {{"viscous_damping", {{"c", 0.01}}},
-                             {"clearance", {{"gap", 1e-4}}},
-                             {"stribeck_friction", {{"s", 0.15}, {"v_s", 0.02}}}};
-  }
+  if (sample.extended) links.lateral.effects = ExtendedEffects();
   return Wagon(fixture.ReadData(), fixture.ReadBody(), sample.freight != "empty", {links, links, links, links},
                MakeHandMadeTable(), fixture.options);
 }

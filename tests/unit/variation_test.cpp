@@ -93,7 +93,7 @@ TEST_P(EverySample, MakesAStepAsDenseMatricesDo) {
   Rows found = from;
   DeviationStep step;
   step.Reserve(columns);
-  step.Make({slopes[0], slopes[1], slopes[2]}, h, wagon.size(), {.stride = columns, .speed_column = speed},
+  step.Make({slopes[0], slopes[1], slopes[2]}, h, wagon.size(), {.stride = columns, .parameter_column = speed},
             forcing.data(), found.data());
 
   const auto rate = [&](const DenseSlopes& at, const MatrixXd& X) -> MatrixXd {

@@ -167,6 +167,61 @@ TEST_F(BifurcationTest, RunsOnBothSidesOfTheFoldsAgree) {
   EXPECT_LT(dies.motions[kFront].amplitude, 1e-4);
 }
 
+/// Packed, on set 2: the cycle that is born turns round at a corner, where the rear links begin to slip. No run is
+/// needed to say at which amplitude: the links stick up to T0/k1.
+TEST_F(BifurcationTest, ABranchTurnsRoundWhereLinksBeginToSlip) {
+  WagonChoice choice;
+  choice.sets = {"set2"};
+  choice.cargo = "packed";
+  choice.geometry = "thesis-equivalent";
+  choice.inertia = InertiaOptions::Printed();
+  inputs = ReadWagonInputs(choice);
+  wagon = MakeWagon(inputs);
+  StabilityOptions search;
+  search.from = 30;
+  search.to = 40;
+  search.first_only = true;
+  HopfOptions hopf_options;
+  hopf_options.sizes = {1e-4, 2e-4};
+  const HopfPoint hopf = ExamineHopf(wagon, FindCrossings(wagon, search).crossings.at(0), hopf_options);
+  ASSERT_EQ(hopf.born.size(), 2U) << hopf.reason;
+  WagonFlow flow(FamilyBySpeed(wagon), hopf.crossing.V);
+  ContinuationOptions options;
+  options.from = 25;
+  options.to = 36;
+  options.min_step = 1e-4;
+  options.first_step = 0.05;
+  options.max_step = 0.5;
+  options.cycle.tolerance = 5e-6;
+  const Branch branch = FollowBranch(flow, hopf.born[0].cycle, options, &hopf.born[1].cycle);
+  EXPECT_EQ(branch.end, BranchEnd::kRange) << branch.reason;
+  EXPECT_EQ(branch.points.back().lambda, options.to) << "hunting goes on behind the Hopf point";
+  EXPECT_TRUE(branch.points.back().stable());
+  std::vector<const BranchEvent*> folds;
+  for (const BranchEvent& event : branch.events)
+    if (event.kind == BranchEventKind::kFold) folds.push_back(&event);
+  ASSERT_EQ(folds.size(), 1U);
+  const BranchEvent& corner = *folds[0];
+  EXPECT_TRUE(corner.at_corner);
+  const auto& slider = inputs.links[0].lateral.sliders.at(0);
+  // The rear links' lateral deflection is watched second after the wagon's motions. The corner is reached to the
+  // shortest step, 1e-4 of 1 mm in the norm of the state, of which one displacement is up to sqrt(size) times as large.
+  EXPECT_NEAR(corner.cycle.Amplitude(static_cast<int>(kMotionCount) + 1), slider.T0 / slider.k, 2e-6);
+  for (std::size_t i = 0; i < branch.points.size(); ++i) {
+    const Cycle& cycle = branch.points[i];
+    if (std::abs(cycle.lambda - corner.lambda) > 0.01) {
+      EXPECT_EQ(cycle.stable(), i > corner.point) << cycle.lambda;
+    }
+  }
+
+  const auto last = std::ranges::find_if(branch.points,
+                                         [&](const Cycle& c) { return c.stable() && c.lambda > corner.lambda + 0.03; });
+  ASSERT_NE(last, branch.points.end());
+  const WagonState start = flow.ToWagonState(last->state, last->lambda);
+  EXPECT_GT(RunFrom(wagon, corner.lambda + 0.03, start, 200).motions[kFront].amplitude, 1e-3);
+  EXPECT_LT(RunFrom(wagon, corner.lambda - 0.2, start, 400).motions[kFront].amplitude, 1e-4);
+}
+
 /// The monodromy matrix against differences of the return map, by their leading eigenvalues.
 TEST_F(BifurcationTest, MultipliersAreThoseOfTheReturnMap) {
   constexpr double V = 24;

@@ -78,13 +78,16 @@ std::string DescribeMotion(const RunOutcome& run) {
   return text;
 }
 
-std::string FormatSurvey(const AttractorSurvey& survey, const AttractorOptions& options) {
+std::string DescribeStarts(const AttractorSurvey& survey, const AttractorOptions& options) {
   const StartBox& box = options.box;
-  std::string text = fmt::format(
+  return fmt::format(
       "{} start states at {:g} m/s, seed {}: within +- {:g} mm and {:g} mrad of each wheelset, {:g} mm, {:g} and {:g} "
       "mrad of the body\n(lateral, yaw, roll), sizes down to {:g} of that. Shares are of this set of starts.\n",
       survey.runs.size(), survey.V, options.seed, 1e3 * box.wheelset_y, 1e3 * box.wheelset_psi, 1e3 * box.body_y,
       1e3 * box.body_psi, 1e3 * box.body_phi, box.least_factor);
+}
+
+TextTable MakeSurveyTable(const AttractorSurvey& survey) {
   TextTable table;
   table.AddColumn("no");
   table.AddColumn("share\n[%]");
@@ -101,7 +104,11 @@ std::string FormatSurvey(const AttractorSurvey& survey, const AttractorOptions& 
                   fmt::format("{:.3f}", 1e3 * run.half_width[kRear]),
                   fmt::format("{:.3f}", 1e3 * run.half_width[kBodyMotion]), FormatExponent(attractor)});
   }
-  text += table.Format();
+  return table;
+}
+
+std::string FormatSurvey(const AttractorSurvey& survey, const AttractorOptions& options) {
+  std::string text = DescribeStarts(survey, options) + MakeSurveyTable(survey).Format();
   if (survey.derailed + survey.failed + survey.unsettled > 0)
     text += fmt::format("{} derailed, {} failed, {} had not settled after {:g} s.\n", survey.derailed, survey.failed,
                         survey.unsettled, options.longest);

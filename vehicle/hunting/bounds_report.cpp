@@ -38,30 +38,6 @@ std::string NominalText(const ScalarBounds& bounds) {
   return bounds.nominal ? Number(*bounds.nominal, bounds.std.value) : "-";
 }
 
-TextTable BoundsTable(const std::vector<ScalarBounds>& all) {
-  TextTable table;
-  table.AddColumn("", TextTable::Align::kLeft);
-  table.AddColumn("unit", TextTable::Align::kLeft);
-  table.AddColumn("value");
-  table.AddColumn("mean of\ndraws");
-  table.AddColumn("standard\ndeviation");
-  table.AddColumn("95 %\nlow");
-  table.AddColumn("bounds\nhigh");
-  table.AddColumn("error of\nlow");
-  table.AddColumn("\nhigh");
-  table.AddColumn("draws\nfailed");
-  for (const ScalarBounds& b : all) {
-    if (!b.exists()) {
-      table.AddRow({b.name, b.unit, NominalText(b), "-", "-", "-", "-", "-", "-", std::to_string(b.failed)});
-      continue;
-    }
-    const auto number = [&](double value) { return Number(value, b.std.value); };
-    table.AddRow({b.name, b.unit, NominalText(b), number(b.mean.value), number(b.std.value), number(b.low.value),
-                  number(b.high.value), number(b.low.error), number(b.high.error), std::to_string(b.failed)});
-  }
-  return table;
-}
-
 /// Groups by rows, scalars by columns would be wide: a line for each scalar instead, largest share first.
 std::string ShareLine(const ScalarBounds& bounds) {
   if (!bounds.exists() || IsConstant(bounds)) return {};
@@ -75,21 +51,6 @@ std::string ShareLine(const ScalarBounds& bounds) {
   if (std::abs(bounds.shares.not_linear) >= kLeastShare)
     text += fmt::format("{}not linear {:.1f} %", text.empty() ? "" : ", ", 100 * bounds.shares.not_linear);
   return fmt::format("  {}: {}\n", bounds.name, text);
-}
-
-std::string DescribeDraws(const SetScatter& scatter) {
-  const ScatterOptions& options = scatter.options();
-  std::string text = fmt::format("{} draws (seed {}, {}) of {} parameters", scatter.size(), options.seed,
-                                 Name(options.sampling), scatter.parameters().size());
-  if (options.corner.from_set) {
-    text += ", with corner scatter as the sets' spread has it";
-  } else if (options.corner.Any()) {
-    text += fmt::format(", with corner scatter of {:g} % in k, {:g} % in k_i, {:g} % in T0", 100 * options.corner.k,
-                        100 * options.corner.slider_k, 100 * options.corner.slider_T0);
-  }
-  if (scatter.redrawn() > 0)
-    text += fmt::format("; {} points outside of physical bounds were drawn anew", scatter.redrawn());
-  return text + ". Wagon, wheels and rails are taken as exact.\n";
 }
 
 /// Reasons of failed draws, each once with its number.
@@ -175,10 +136,49 @@ std::string CsvField(const std::string& text) {
 
 }  // namespace
 
+TextTable MakeBoundsTable(const std::vector<ScalarBounds>& all) {
+  TextTable table;
+  table.AddColumn("", TextTable::Align::kLeft);
+  table.AddColumn("unit", TextTable::Align::kLeft);
+  table.AddColumn("value");
+  table.AddColumn("mean of\ndraws");
+  table.AddColumn("standard\ndeviation");
+  table.AddColumn("95 %\nlow");
+  table.AddColumn("bounds\nhigh");
+  table.AddColumn("error of\nlow");
+  table.AddColumn("\nhigh");
+  table.AddColumn("draws\nfailed");
+  for (const ScalarBounds& b : all) {
+    if (!b.exists()) {
+      table.AddRow({b.name, b.unit, NominalText(b), "-", "-", "-", "-", "-", "-", std::to_string(b.failed)});
+      continue;
+    }
+    const auto number = [&](double value) { return Number(value, b.std.value); };
+    table.AddRow({b.name, b.unit, NominalText(b), number(b.mean.value), number(b.std.value), number(b.low.value),
+                  number(b.high.value), number(b.low.error), number(b.high.error), std::to_string(b.failed)});
+  }
+  return table;
+}
+
+std::string DescribeDraws(const SetScatter& scatter) {
+  const ScatterOptions& options = scatter.options();
+  std::string text = fmt::format("{} draws (seed {}, {}) of {} parameters", scatter.size(), options.seed,
+                                 Name(options.sampling), scatter.parameters().size());
+  if (options.corner.from_set) {
+    text += ", with corner scatter as the sets' spread has it";
+  } else if (options.corner.Any()) {
+    text += fmt::format(", with corner scatter of {:g} % in k, {:g} % in k_i, {:g} % in T0", 100 * options.corner.k,
+                        100 * options.corner.slider_k, 100 * options.corner.slider_T0);
+  }
+  if (scatter.redrawn() > 0)
+    text += fmt::format("; {} points outside of physical bounds were drawn anew", scatter.redrawn());
+  return text + ". Wagon, wheels and rails are taken as exact.\n";
+}
+
 std::string FormatBounds(const SetScatter& scatter, const std::vector<ScalarBounds>& all) {
   if (all.empty() || all.front().values.empty()) return {};
   std::string text =
-      "95 % bounds and what they come from\n" + DescribeDraws(scatter) + "\n" + BoundsTable(all).Format();
+      "95 % bounds and what they come from\n" + DescribeDraws(scatter) + "\n" + MakeBoundsTable(all).Format();
   std::string shares;
   for (const ScalarBounds& bounds : all) shares += ShareLine(bounds);
   if (!shares.empty()) text += "\nShares of variance\n" + shares;

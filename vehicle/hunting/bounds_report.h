@@ -4,6 +4,7 @@
 #include <vector>
 
 #include "reports/figure.h"
+#include "reports/text_table.h"
 #include "vehicle/hunting/propagation.h"
 #include "vehicle/hunting/speed_bounds.h"
 #include "vehicle/report_json.h"
@@ -13,6 +14,9 @@ namespace uiclink {
 /// "95 % bounds and what they come from": a table of scalars, and for each that varies its shares of variance by group.
 /// Empty where there are no draws.
 std::string FormatBounds(const SetScatter& scatter, const std::vector<ScalarBounds>& all);
+/// Parts of it: what was drawn, and a row for each scalar.
+std::string DescribeDraws(const SetScatter& scatter);
+TextTable MakeBoundsTable(const std::vector<ScalarBounds>& all);
 /// What is special to the linear critical speed: first-order bounds, and how much k + sum k_i alone explains.
 std::string FormatSpeedBounds(const SetScatter& scatter, const SpeedBounds& bounds);
 

@@ -42,8 +42,10 @@ struct Sums {
 struct Product {
   const RateSlopes& slopes;
   std::size_t stride;
+  std::size_t motions;
   bool leaf;
   const double* forcing;
+  const double* by_parameter;
   const double* X;
   double* rate;
 
@@ -101,15 +103,20 @@ struct Product {
     for (std::size_t i : RateSlopes::kBodyPosition) copy(kBody + i);
   }
 
-  [[gnu::always_inline]] void Calc(std::size_t speed_column) const {
+  [[gnu::always_inline]] void Calc(std::size_t parameter_column) const {
     std::size_t column = 0;
     for (; column + 8 <= stride; column += 8) CalcColumns<2>(column);
     if (column < stride) CalcColumns<1>(column);
     CopyVelocities();
-    if (speed_column >= stride) return;
+    if (parameter_column >= stride) return;
+    if (by_parameter != nullptr) {
+      for (std::size_t i = 0; i < motions; ++i) rate[i * stride + parameter_column] += by_parameter[i];
+      return;
+    }
     for (std::size_t axle = 0; axle < kAxles; ++axle)
       for (std::size_t r = 0; r < RateSlopes::kAxleRows; ++r)
-        rate[(axle * wheelset::kSize + RateSlopes::kAxleRow[r]) * stride + speed_column] += slopes.by_speed[axle][r];
+        rate[(axle * wheelset::kSize + RateSlopes::kAxleRow[r]) * stride + parameter_column] +=
+            slopes.by_speed[axle][r];
   }
 };
 
@@ -126,21 +133,22 @@ struct Work {
 
 UICLINK_FOR_EACH_PROCESSOR
 void MakeStep(const DeviationStep::Slopes& slopes, double h, std::size_t motions, const DeviationStep::Columns& columns,
-              const double* forcing, const Work& work, double* X) {
+              const double* forcing, const DeviationStep::ParameterRates& by_parameter, const Work& work, double* X) {
   const std::size_t size = motions * columns.stride;
-  const auto calc = [&](const RateSlopes& at, const double* from) __attribute__((always_inline)) {
-    Product{at, columns.stride, motions > kMotions, forcing, from, work.rate}.Calc(columns.speed_column);
+  const auto calc = [&](const RateSlopes& at, std::size_t place, const double* from) __attribute__((always_inline)) {
+    Product{at, columns.stride, motions, motions > kMotions, forcing, by_parameter[place], from, work.rate}.Calc(
+        columns.parameter_column);
   };
-  calc(slopes.begin, X);
+  calc(slopes.begin, 0, X);
   Combine(size, X, h / 6, work.rate, work.sum);
   Combine(size, X, h / 2, work.rate, work.stage);
-  calc(slopes.middle, work.stage);
+  calc(slopes.middle, 1, work.stage);
   Combine(size, work.sum, h / 3, work.rate, work.sum);
   Combine(size, X, h / 2, work.rate, work.stage);
-  calc(slopes.middle, work.stage);
+  calc(slopes.middle, 1, work.stage);
   Combine(size, work.sum, h / 3, work.rate, work.sum);
   Combine(size, X, h, work.rate, work.stage);
-  calc(slopes.end, work.stage);
+  calc(slopes.end, 2, work.stage);
   Combine(size, work.sum, h / 6, work.rate, X);
 }
 
@@ -152,8 +160,8 @@ void DeviationStep::Reserve(std::size_t stride) {
 }
 
 void DeviationStep::Make(const Slopes& slopes, double h, std::size_t motions, const Columns& columns,
-                         const double* forcing, double* X) {
-  MakeStep(slopes, h, motions, columns, forcing, {rate_.data(), stage_.data(), sum_.data()}, X);
+                         const double* forcing, double* X, const ParameterRates& by_parameter) {
+  MakeStep(slopes, h, motions, columns, forcing, by_parameter, {rate_.data(), stage_.data(), sum_.data()}, X);
 }
 
 }  // namespace uiclink

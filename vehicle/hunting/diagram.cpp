@@ -12,6 +12,7 @@
 
 #include "model/parallel.h"
 #include "vehicle/equilibrium.h"
+#include "vehicle/hunting/branch_start.h"
 
 namespace uiclink {
 namespace {
@@ -21,17 +22,6 @@ using Clock = std::chrono::steady_clock;
 /// Motions by which a traced one is found on a branch: lateral of both wheelsets and the body.
 constexpr std::array<TrackedMotion, 3> kCompared{TrackedMotion::kFrontLateral, TrackedMotion::kRearLateral,
                                                  TrackedMotion::kBodyLateral};
-/// A wheelset that moves less does not hunt [m] (AttractorOptions::least_motion).
-constexpr double kLeastHunting = 1e-5;
-/// Time that a traced motion is given to settle before a cycle is looked for [s].
-constexpr double kGuessSettle = 30;
-
-std::array<double, kMotionCount> HalfWidths(const Cycle& cycle) {
-  std::array<double, kMotionCount> half_width;
-  for (std::size_t i = 0; i < kMotionCount; ++i) half_width[i] = cycle.Amplitude(static_cast<int>(i));
-  return half_width;
-}
-
 struct TracedMotion {
   TraceRow row;
   WagonState state;
@@ -75,14 +65,7 @@ class DiagramBuilder {
   }
 
   ContinuationOptions MakeContinuation(const std::string& origin) {
-    ContinuationOptions continuation;
-    continuation.from = options_.from;
-    continuation.to = options_.to;
-    continuation.max_points = options_.max_points;
-    continuation.max_step = options_.max_step;
-    continuation.first_step = 0.02;
-    continuation.cycle.tolerance = options_.tolerance;
-    continuation.least_extent = kLeastHunting;
+    ContinuationOptions continuation = MakeContinuationOptions(options_);
     continuation.on_point = [this, origin, points = 0](const Cycle& cycle) mutable {
       return Say(fmt::format("branch {}: {} points, {:.3f} m/s", origin, ++points, cycle.lambda));
     };
@@ -91,17 +74,11 @@ class DiagramBuilder {
 
   void FollowBorn() {
     for (const HopfPoint& hopf : diagram_.hopfs) {
-      const auto larger =
-          std::ranges::find_if(hopf.born, [&](const BornCycle& b) { return b.size > options_.hopf.type_size; });
-      const auto first = std::ranges::find(hopf.born, options_.hopf.type_size, &BornCycle::size);
-      if (first == hopf.born.end() || larger == hopf.born.end() || stopped_) continue;
+      if (stopped_) continue;
       const std::string origin = fmt::format("born at {:.3f} m/s", hopf.crossing.V);
       try {
-        WagonFlow flow(FamilyBySpeed(wagon_), hopf.crossing.V, options_.flow);
-        // The closure of the small cycle is finer than the branch asks for.
-        ContinuationOptions continuation = MakeContinuation(origin);
-        continuation.first_step = 0.5 * (larger->size - first->size) / options_.flow.unit;
-        diagram_.branches.push_back({origin, FollowBranch(flow, first->cycle, continuation, &larger->cycle)});
+        auto branch = FollowBornBranch(FamilyBySpeed(wagon_), hopf, options_, MakeContinuation(origin));
+        if (branch) diagram_.branches.push_back({origin, std::move(*branch)});
       } catch (const std::exception& error) {
         diagram_.notices.push_back(fmt::format("branch {}: {}", origin, error.what()));
       }
@@ -177,7 +154,7 @@ class DiagramBuilder {
       CycleOptions cycle;
       cycle.tolerance = options_.tolerance;
       const Cycle start = FindCycle(flow, motion.row.V, guess->state, guess->period, cycle);
-      if (IsKnown(motion.row.V, HalfWidths(start))) return {};  // the trace had not come to rest on it
+      if (IsKnown(motion.row.V, HalfWidthsOf(start))) return {};  // the trace had not come to rest on it
       diagram_.branches.push_back({origin, FollowBothWays(flow, start, MakeContinuation(origin))});
       return {};
     } catch (const std::exception& error) {
@@ -268,7 +245,9 @@ class DiagramBuilder {
     for (const BranchEvent& event : branch.events) {
       const bool beside = event.point == lowest || event.point + 1 == lowest;
       if (!beside || event.kind == BranchEventKind::kCharacter || event.kind == BranchEventKind::kBranchPoint) continue;
-      if (event.kind == BranchEventKind::kFold && event.lambda <= found.speed) found.speed = event.lambda;
+      // A corner is where two tangents meet: as well known as the points beside it.
+      const bool lower = event.lambda <= found.speed || event.at_corner;
+      if (event.kind == BranchEventKind::kFold && lower) found.speed = event.lambda;
       found.by = event.kind == BranchEventKind::kFold    ? "fold"
                  : event.kind == BranchEventKind::kTorus ? "torus"
                                                          : "period doubling";
@@ -311,6 +290,12 @@ bool LiesOn(const Branch& branch, double V, const std::array<double, kMotionCoun
     if (same) return true;
   }
   return false;
+}
+
+std::string DescribeValue(const DiagramParameter& parameter, double value) {
+  return parameter.is_speed()
+             ? fmt::format("{:.3f} m/s", value)
+             : fmt::format("{} = {:.6g}{}", parameter.name, value, parameter.unit == "-" ? "" : " " + parameter.unit);
 }
 
 BifurcationDiagram CalcDiagram(const Wagon& wagon, const DiagramOptions& options) {

@@ -14,8 +14,20 @@
 
 namespace uiclink {
 
+/// What a diagram is drawn over.
+struct DiagramParameter {
+  std::string name = "speed";   ///< of a WagonFamily
+  std::string unit = "m/s";     ///< of its values
+  std::optional<double> speed;  ///< [m/s] at which it is varied; none: it is the speed
+  double own = 0;               ///< value of the wagon as it was chosen; not for the speed
+
+  bool is_speed() const { return !speed.has_value(); }
+};
+/// "18.400 m/s", "lateral.k = 4.25 1/m".
+std::string DescribeValue(const DiagramParameter& parameter, double value);
+
 struct DiagramOptions {
-  double from = 5, to = 30;  ///< range of speeds [m/s]
+  double from = 5, to = 30;  ///< range of speeds [m/s], or of the parameter
   /// Hunting is looked for by a coarse trace, down from `to` and up again.
   double trace_step = 0.5;       ///< [m/s]
   double trace_hold = 20;        ///< seconds at every speed
@@ -23,7 +35,7 @@ struct DiagramOptions {
   double start_settle = 60;      ///< and how long before it [s]
   std::size_t max_points = 300;  ///< of a branch
   std::size_t max_branches = 12;
-  double max_step = 0.5;      ///< along a branch: m/s, or norm one in the state
+  double max_step = 0.5;  ///< along a branch: m/s (a twentieth of the range), or norm one in the state
   /// Of a cycle (CycleOptions): some times what events and step control leave of a flow at 1e-8, up to 1.6e-6.
   double tolerance = 5e-6;
   double same_share = 0.03;   ///< a traced motion is on a branch whose amplitudes agree by this share ...
@@ -38,14 +50,16 @@ struct DiagramOptions {
 
 /// A branch of hunting.
 struct HuntingBranch {
-  std::string origin;  ///< "born at 18.400 m/s", "traced at 24 m/s"
+  std::string origin;  ///< "born at 18.400 m/s", "traced at 24 m/s", "pushed at lateral.k = 4.2 1/m"
   Branch branch;
 };
 
-/// Speeds at which a traced motion lies on no branch of cycles.
+inline constexpr std::size_t kPushed = 2;
+
+/// Speeds, or values of the parameter, at which a traced motion lies on no branch of cycles.
 struct OpenWindow {
   double from = 0, to = 0;  ///< first and last speed of the trace [m/s]
-  std::size_t leg = 0;      ///< 0 down, 1 up
+  std::size_t leg = 0;      ///< 0 down, 1 up; kPushed: not traced
   std::string why;          ///< no cycle could be found from it
   double speed = 0;         ///< where it was looked at closely
   RunOutcome outcome;       ///< kind of motion, modulation period, amplitudes there
@@ -60,6 +74,7 @@ struct NonlinearCritical {
 };
 
 struct BifurcationDiagram {
+  DiagramParameter parameter;  ///< where it is not the speed, speeds below are values of it
   StabilityResult linear;
   std::vector<HopfPoint> hopfs;
   std::vector<HuntingBranch> branches;

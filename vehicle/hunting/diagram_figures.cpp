@@ -78,21 +78,11 @@ FigureSeries EquilibriumSeries(const BifurcationRun& run, bool stable) {
                       .line = stable ? FigureLine::kSolid : FigureLine::kDashed,
                       .colour = stable ? FigureColour::kBlue : FigureColour::kVermilion,
                       .width = stable ? 2.2 : 1.4};
-  int unstable = run.diagram.linear.unstable_at_start;
-  double from = run.options.from;
-  const auto add = [&](double to) {
-    if ((unstable <= 0) == stable) {
-      series.x.insert(series.x.end(), {from, to, kGap});
-      series.y.insert(series.y.end(), {0, 0, kGap});
-    }
-    from = to;
-  };
-  for (const Crossing& crossing : run.diagram.linear.crossings) {
-    if (crossing.V > run.options.to) break;
-    add(crossing.V);
-    unstable += (crossing.to_unstable ? 1 : -1) * (crossing.frequency_hz > 0 ? 2 : 1);
+  for (const EquilibriumStretch& stretch : ListEquilibriumStretches(run.diagram, run.options)) {
+    if ((stretch.unstable <= 0) != stable) continue;
+    series.x.insert(series.x.end(), {stretch.from, stretch.to, kGap});
+    series.y.insert(series.y.end(), {0, 0, kGap});
   }
-  add(run.options.to);
   return series;
 }
 
@@ -114,12 +104,18 @@ FigureSeries TraceSeries(const std::vector<TraceRow>& rows, TrackedMotion motion
   return series;
 }
 
+FigureAxis ParameterAxis(const DiagramParameter& parameter) {
+  return {.label = LabelOf(parameter), .unit = parameter.unit == "-" ? "" : parameter.unit};
+}
+
 FigurePanel MakePanel(const BifurcationRun& run, TrackedMotion motion, const std::string& title) {
   const BifurcationDiagram& diagram = run.diagram;
   FigurePanel panel{.title = title,
-                    .x = {.label = "speed", .unit = "m/s", .low = run.options.from, .high = run.options.to},
+                    .x = ParameterAxis(diagram.parameter),
                     .y = {.label = "half of peak to peak", .unit = "mm"},
                     .series = {}};
+  panel.x.low = run.options.from;
+  panel.x.high = run.options.to;
   const auto add = [&panel](FigureSeries series) {
     if (!series.x.empty()) panel.series.push_back(std::move(series));
   };
@@ -149,10 +145,10 @@ std::vector<double> ListMagnitudes(const Cycle& cycle) {
   return magnitudes;
 }
 
-FigurePanel MakeMultiplierPanel(const HuntingBranch& hunting, std::size_t number) {
+FigurePanel MakeMultiplierPanel(const HuntingBranch& hunting, std::size_t number, const DiagramParameter& parameter) {
   constexpr double kLinear = 4;  // above it, one that runs away would press the others onto the axis
   FigurePanel panel{.title = fmt::format("branch {}, {}", number, hunting.origin),
-                    .x = {.label = "speed", .unit = "m/s"},
+                    .x = ParameterAxis(parameter),
                     .y = {.label = "magnitude", .low = 0},
                     .series = {{.name = "largest"}, {.name = "second"}, {.name = "third"}, {.name = "fourth"}},
                     .horizontal_guides = {{1, ""}}};
@@ -175,11 +171,12 @@ FigurePanel MakeMultiplierPanel(const HuntingBranch& hunting, std::size_t number
 }  // namespace
 
 Figure DiagramFigure(const BifurcationRun& run) {
-  Figure figure{
-      .title = fmt::format("{}, {}, {}", run.inputs.data.name, run.inputs.freight.name, run.inputs.table.name),
-      .panels = {},
-      .width = 800,
-      .panel_height = 330};
+  const std::optional<double>& speed = run.diagram.parameter.speed;
+  Figure figure{.title = fmt::format("{}, {}, {}{}", run.inputs.data.name, run.inputs.freight.name,
+                                     run.inputs.table.name, speed ? fmt::format(", {:g} m/s", *speed) : ""),
+                .panels = {},
+                .width = 800,
+                .panel_height = 330};
   figure.panels.push_back(MakePanel(run, TrackedMotion::kFrontLateral, "front wheelset, lateral"));
   figure.panels.push_back(MakePanel(run, TrackedMotion::kRearLateral, "rear wheelset, lateral"));
   figure.panels.push_back(MakePanel(run, TrackedMotion::kBodyLateral, "body, lateral"));
@@ -193,7 +190,7 @@ Figure MultiplierFigure(const BifurcationRun& run) {
   for (std::size_t i = 0; i < run.diagram.branches.size() && figure.panels.size() < kMostPanels; ++i) {
     const HuntingBranch& hunting = run.diagram.branches[i];
     if (hunting.branch.points.size() < 2) continue;
-    figure.panels.push_back(MakeMultiplierPanel(hunting, i + 1));
+    figure.panels.push_back(MakeMultiplierPanel(hunting, i + 1, run.diagram.parameter));
   }
   return figure;
 }

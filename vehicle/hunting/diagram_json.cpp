@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <nlohmann/json.hpp>
 
+#include "vehicle/hunting/branch_start.h"
 #include "vehicle/hunting/diagram_report.h"
 #include "vehicle/hunting/hunting_json.h"
 
@@ -12,10 +13,19 @@ namespace {
 /// Multipliers that are written for a point; the rest lie well within the unit circle.
 constexpr std::size_t kLeading = 8;
 
-std::array<double, kMotionCount> HalfWidths(const Cycle& cycle) {
-  std::array<double, kMotionCount> widths{};
-  for (std::size_t i = 0; i < kMotionCount; ++i) widths[i] = cycle.Amplitude(static_cast<int>(i));
-  return widths;
+/// Where something lies on a diagram: { "speed" }, or { "speed", "value" } of another parameter.
+Json PlaceToJson(const DiagramParameter& parameter, double lambda) {
+  if (parameter.is_speed()) return {{"speed", lambda}};
+  return {{"speed", *parameter.speed}, {"value", lambda}};
+}
+
+/// { "name", "unit" }, for another parameter than the speed also "own_value", "speed".
+Json ParameterToJson(const DiagramParameter& parameter) {
+  Json json{{"name", parameter.name}, {"unit", parameter.unit}};
+  if (parameter.is_speed()) return json;
+  json["own_value"] = parameter.own;
+  json["speed"] = *parameter.speed;
+  return json;
 }
 
 Json MultipliersToJson(const Cycle& cycle) {
@@ -25,19 +35,21 @@ Json MultipliersToJson(const Cycle& cycle) {
   return json;
 }
 
-Json PointToJson(const Cycle& cycle) {
-  return {{"speed", cycle.lambda},
-          {"amplitude_mm", AmplitudesToJson(HalfWidths(cycle))},
-          {"period_s", cycle.period},
-          {"multipliers", MultipliersToJson(cycle)},
-          {"unstable", cycle.unstable},
-          {"trivial_error", cycle.trivial_error},
-          {"character", cycle.passage.character}};
+Json PointToJson(const DiagramParameter& parameter, const Cycle& cycle) {
+  Json json = PlaceToJson(parameter, cycle.lambda);
+  json.update({{"amplitude_mm", AmplitudesToJson(HalfWidthsOf(cycle))},
+               {"period_s", cycle.period},
+               {"multipliers", MultipliersToJson(cycle)},
+               {"unstable", cycle.unstable},
+               {"trivial_error", cycle.trivial_error},
+               {"character", cycle.passage.character}});
+  return json;
 }
 
 Json EventNameOrNull(const BranchEvent* event) { return event ? Json(BranchEventName(event->kind)) : Json(nullptr); }
 
-Json StretchToJson(const BranchStretch& stretch, std::size_t branch, const HuntingBranch& hunting) {
+Json StretchToJson(const DiagramParameter& parameter, const BranchStretch& stretch, std::size_t branch,
+                   const HuntingBranch& hunting) {
   Json json{{"stable", stretch.stable},
             {"branch", branch + 1},
             {"origin", hunting.origin},
@@ -45,32 +57,38 @@ Json StretchToJson(const BranchStretch& stretch, std::size_t branch, const Hunti
             {"begins_with", EventNameOrNull(stretch.begin)},
             {"ends_with", EventNameOrNull(stretch.end)},
             {"points", Json::array()}};
-  for (const Cycle* const cycle : stretch.cycles) json["points"].push_back(PointToJson(*cycle));
+  for (const Cycle* const cycle : stretch.cycles) json["points"].push_back(PointToJson(parameter, *cycle));
   return json;
 }
 
-Json EventToJson(const BranchEvent& event, std::size_t branch) {
-  return {{"kind", BranchEventName(event.kind)},
-          {"speed", event.lambda},
-          {"branch", branch + 1},
-          {"period_s", event.period},
-          {"amplitude_mm", AmplitudesToJson(HalfWidths(event.cycle))},
-          {"multipliers", MultipliersToJson(event.cycle)},
-          {"text", event.text}};
+Json EventToJson(const DiagramParameter& parameter, const BranchEvent& event, std::size_t branch) {
+  Json json{{"kind", BranchEventName(event.kind)}};
+  json.update(PlaceToJson(parameter, event.lambda));
+  json.update({{"branch", branch + 1},
+               {"period_s", event.period},
+               {"amplitude_mm", AmplitudesToJson(HalfWidthsOf(event.cycle))},
+               {"multipliers", MultipliersToJson(event.cycle)},
+               {"text", event.text}});
+  if (event.kind == BranchEventKind::kFold) json["at_corner"] = event.at_corner;
+  return json;
 }
 
-Json HopfToJson(const HopfPoint& hopf, const HopfOptions& options) {
+Json HopfToJson(const DiagramParameter& parameter, const HopfPoint& hopf, const HopfOptions& options) {
   const CrossingType type = ToCrossingType(hopf, options);
-  Json json{{"speed", hopf.crossing.V},
-            {"frequency_hz", hopf.crossing.frequency_hz},
-            {"direction", hopf.crossing.to_unstable ? "unstable" : "stable"},
-            {"type", type.type.empty() ? Json(nullptr) : Json(type.type)},
-            {"type_decided_at_mm", 1e3 * type.decided_at},
-            {"other_type_below_mm", type.other_below > 0 ? Json(1e3 * type.other_below) : Json(nullptr)},
-            {"type_unknown_because", type.reason.empty() ? Json(nullptr) : Json(type.reason)},
-            {"born", Json::array()}};
-  for (const BornCycle& born : hopf.born)
-    json["born"].push_back({{"size_mm", 1e3 * born.size}, {"speed", born.speed}, {"period_s", born.cycle.period}});
+  Json json = PlaceToJson(parameter, hopf.crossing.V);
+  json.update({{"frequency_hz", hopf.crossing.frequency_hz},
+               {"direction", hopf.crossing.to_unstable ? "unstable" : "stable"},
+               {"type", type.type.empty() ? Json(nullptr) : Json(type.type)},
+               {"type_decided_at_mm", 1e3 * type.decided_at},
+               {"other_type_below_mm", type.other_below > 0 ? Json(1e3 * type.other_below) : Json(nullptr)},
+               {"type_unknown_because", type.reason.empty() ? Json(nullptr) : Json(type.reason)},
+               {"born", Json::array()}});
+  for (const BornCycle& born : hopf.born) {
+    Json one{{"size_mm", 1e3 * born.size}};
+    one.update(PlaceToJson(parameter, born.speed));
+    one["period_s"] = born.cycle.period;
+    json["born"].push_back(std::move(one));
+  }
   return json;
 }
 
@@ -81,7 +99,7 @@ Json LinearToJson(const BifurcationRun& run) {
   Json json{{"value", *diagram.linear.linear_critical_speed}, {"frequency_hz", nullptr}, {"type", nullptr}};
   for (const HopfPoint& hopf : diagram.hopfs) {
     if (hopf.crossing.V != *diagram.linear.linear_critical_speed) continue;
-    json = HopfToJson(hopf, run.options.hopf);
+    json = HopfToJson(diagram.parameter, hopf, run.options.hopf);
     json["value"] = hopf.crossing.V;
   }
   return json;
@@ -98,7 +116,7 @@ Json NonlinearToJson(const BifurcationDiagram& diagram, const DiagramOptions& op
 Json WindowToJson(const OpenWindow& window) {
   return {{"from", window.from},
           {"to", window.to},
-          {"way", window.leg == 0 ? "down" : "up"},
+          {"way", WayName(window.leg)},
           {"why", window.why},
           {"looked_at", window.speed},
           {"motion", MotionToJson(window.outcome.motion)},
@@ -111,9 +129,9 @@ void AddBranches(const BifurcationDiagram& diagram, Json* json) {
   for (std::size_t i = 0; i < diagram.branches.size(); ++i) {
     const Branch& branch = diagram.branches[i].branch;
     for (const BranchStretch& stretch : ListStretches(branch))
-      branches.push_back(StretchToJson(stretch, i, diagram.branches[i]));
+      branches.push_back(StretchToJson(diagram.parameter, stretch, i, diagram.branches[i]));
     for (const BranchEvent& event : branch.events) {
-      events.push_back(EventToJson(event, i));
+      events.push_back(EventToJson(diagram.parameter, event, i));
       if (event.kind == BranchEventKind::kFold) folds.push_back(events.back());
     }
     ends.push_back({{"branch", i + 1},
@@ -151,16 +169,21 @@ std::string FormatBifurcationJson(const BifurcationRun& run) {
   const BifurcationDiagram& diagram = run.diagram;
   Json json = BeginResult("bifurcation", run.inputs);
   json["method"] = run.method;
+  json["parameter"] = ParameterToJson(diagram.parameter);
   json["linear_critical_speed"] = LinearToJson(run);
   json["nonlinear_critical_speed"] = NonlinearToJson(diagram, run.options);
   AddBranches(diagram, &json);
   json["searched"] = {{"from", run.options.from}, {"to", run.options.to}};
   json["crossings"] = Json::array();
-  for (const HopfPoint& hopf : diagram.hopfs) json["crossings"].push_back(HopfToJson(hopf, run.options.hopf));
+  for (const HopfPoint& hopf : diagram.hopfs)
+    json["crossings"].push_back(HopfToJson(diagram.parameter, hopf, run.options.hopf));
+  json["equilibrium"] = Json::array();
+  for (const EquilibriumStretch& stretch : ListEquilibriumStretches(diagram, run.options))
+    json["equilibrium"].push_back({{"from", stretch.from}, {"to", stretch.to}, {"unstable", stretch.unstable}});
   json["windows"] = Json::array();
   for (const OpenWindow& window : diagram.windows) json["windows"].push_back(WindowToJson(window));
   if (run.continued) {
-    AddCoarseTrace(diagram, &json);
+    if (diagram.parameter.is_speed()) AddCoarseTrace(diagram, &json);
     json["worst_trivial_error"] = CalcWorstTrivialError(diagram);
     json["cycle_tolerance"] = run.options.tolerance;
   }
@@ -184,7 +207,10 @@ std::vector<DataColumn> BranchColumns(const BifurcationRun& run) {
         columns.back().values.push_back(static_cast<double>(value(i, cycle)));
   };
   add("branch", "", [](std::size_t i, const Cycle&) { return i + 1; });
-  add("speed", "m/s", [](std::size_t, const Cycle& cycle) { return cycle.lambda; });
+  const DiagramParameter& parameter = run.diagram.parameter;
+  add("speed", "m/s", [&](std::size_t, const Cycle& cycle) { return parameter.speed.value_or(cycle.lambda); });
+  if (!parameter.is_speed())
+    add(LabelOf(parameter), parameter.unit, [](std::size_t, const Cycle& cycle) { return cycle.lambda; });
   add("period", "s", [](std::size_t, const Cycle& cycle) { return cycle.period; });
   for (std::size_t m = 0; m < kMotionCount; ++m) {
     const bool angle = m >= static_cast<std::size_t>(TrackedMotion::kBodyYaw);

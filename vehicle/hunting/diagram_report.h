@@ -5,6 +5,7 @@
 
 #include "reports/csv.h"
 #include "reports/figure.h"
+#include "reports/text_table.h"
 #include "vehicle/hunting/attractors.h"
 #include "vehicle/hunting/diagram.h"
 #include "vehicle/hunting/trace_report.h"
@@ -27,18 +28,37 @@ struct BifurcationRun {
   double wall_s = 0;
 };
 
+/// Part of the range on which as many eigenvalues of the running equilibrium are unstable.
+struct EquilibriumStretch {
+  double from = 0, to = 0;
+  int unstable = 0;
+};
+std::vector<EquilibriumStretch> ListEquilibriumStretches(const BifurcationDiagram& diagram,
+                                                         const DiagramOptions& options);
+
+/// A parameter's name without the unit that it may end with: "lateral.k", "lateral clearance".
+std::string LabelOf(const DiagramParameter& parameter);
+
+/// Of OpenWindow::leg: "down", "up", "pushed".
+const char* WayName(std::size_t leg);
+
 /// Schema "wagon-bifurcation/1" (vehicle/README.md).
 std::string FormatBifurcationJson(const BifurcationRun& run);
 
-/// A page for a terminal.
+/// A page for a terminal, and its tables.
 std::string FormatBifurcation(const BifurcationRun& run);
+TextTable MakeBranchTable(const BifurcationDiagram& diagram);
+TextTable MakeStretchTable(const BifurcationDiagram& diagram);
+TextTable MakeEventTable(const BifurcationDiagram& diagram);
+TextTable MakeWindowTable(const BifurcationDiagram& diagram);
 
-/// Every point of every branch: speed, period, amplitudes, stability, leading multipliers; a row each.
+/// Every point of every branch: speed (and parameter), period, amplitudes, stability, leading multipliers; a row each.
 std::vector<DataColumn> BranchColumns(const BifurcationRun& run);
 
-/// Half widths of front, rear and body against speed: branches, what happens on them, the trace beside them.
+/// Half widths of front, rear and body against speed or parameter: branches, what happens on them, the trace beside
+/// them.
 Figure DiagramFigure(const BifurcationRun& run);
-/// Magnitudes of the leading multipliers against speed, a panel for each branch.
+/// Magnitudes of the leading multipliers likewise, a panel for each branch.
 Figure MultiplierFigure(const BifurcationRun& run);
 
 /// Part of a branch on which nothing changes its stability.

@@ -42,6 +42,31 @@ std::vector<BranchStretch> ListStretches(const Branch& branch) {
   return stretches;
 }
 
+std::vector<EquilibriumStretch> ListEquilibriumStretches(const BifurcationDiagram& diagram,
+                                                         const DiagramOptions& options) {
+  std::vector<EquilibriumStretch> stretches;
+  int unstable = diagram.linear.unstable_at_start;
+  double from = options.from;
+  for (const Crossing& crossing : diagram.linear.crossings) {
+    if (crossing.V > options.to) break;
+    stretches.push_back({from, crossing.V, unstable});
+    from = crossing.V;
+    unstable += (crossing.to_unstable ? 1 : -1) * (crossing.frequency_hz > 0 ? 2 : 1);
+  }
+  stretches.push_back({from, options.to, unstable});
+  return stretches;
+}
+
+std::string LabelOf(const DiagramParameter& parameter) {
+  const std::string suffix = ColumnWord({.name = "x", .unit = parameter.unit, .values = {}}).substr(1);
+  std::string label = parameter.name;
+  if (!suffix.empty() && label.ends_with(suffix)) label.resize(label.size() - suffix.size());
+  if (label.find('.') == std::string::npos) std::ranges::replace(label, '_', ' ');
+  return label;
+}
+
+const char* WayName(std::size_t leg) { return leg == kPushed ? "pushed" : leg == 0 ? "down" : "up"; }
+
 const char* BranchEventName(BranchEventKind kind) {
   switch (kind) {
     case BranchEventKind::kFold:

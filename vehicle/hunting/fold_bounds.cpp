@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <chrono>
 #include <cmath>
+#include <optional>
 #include <stdexcept>
 
 #include "dynamics/continuation.h"
@@ -50,6 +51,15 @@ const Cycle& FindBeyond(std::span<const Cycle> branch, double fold, double away)
   return *beyond;
 }
 
+/// At a corner the equations have no null vector: the corner of a wagon that is a little different is found.
+Eigen::VectorXd CalcCornerGradient(const SetScatter& scatter, const Wagon& wagon, double fold,
+                                   std::span<const Cycle> branch, const WagonFlowOptions& options) {
+  const Cycle& beyond = FindBeyond(branch, fold, kLeastWay);
+  return DifferentiateByParameters(scatter, [&](const Eigen::VectorXd& values) {
+    return FindFoldNear(WithLinks(wagon, scatter.LinksAt(values)), beyond, fold, JointMemory::kCarried, options);
+  });
+}
+
 }  // namespace
 
 Eigen::VectorXd CalcFoldGradient(const SetScatter& scatter, const Wagon& wagon, const Cycle& fold,
@@ -68,7 +78,8 @@ Eigen::VectorXd CalcFoldGradient(const SetScatter& scatter, const Wagon& wagon, 
   return -by_parameters / by_speed;
 }
 
-double FindFoldNear(const Wagon& wagon, const Cycle& beyond, double fold, const WagonFlowOptions& options) {
+double FindFoldNear(const Wagon& wagon, const Cycle& beyond, double fold, JointMemory memory,
+                    const WagonFlowOptions& options) {
   WagonFlow flow(FamilyBySpeed(wagon), beyond.lambda, options);
   ContinuationOptions continuation;
   const double way = beyond.lambda - fold;
@@ -77,6 +88,7 @@ double FindFoldNear(const Wagon& wagon, const Cycle& beyond, double fold, const 
   continuation.to = fold + 20 * std::abs(way);
   continuation.cycle.tolerance = 5e-6;  // DiagramOptions::tolerance
   continuation.max_points = kPointsToFold;
+  continuation.min_step = 1e-4;  // as there
   continuation.first_step = 0.25 * std::abs(way);
   continuation.max_step = 0.5;
   double before = beyond.lambda;
@@ -85,8 +97,10 @@ double FindFoldNear(const Wagon& wagon, const Cycle& beyond, double fold, const 
     before = cycle.lambda;
     return goes_on;
   };
-  // The cycle is stable: a run finds the memory of the joints that belongs to the changed links.
-  const auto guess = flow.GuessCycle(flow.ToWagonState(beyond.state, beyond.lambda), beyond.lambda, kSettle);
+  std::optional<WagonFlow::Guess> guess = WagonFlow::Guess{beyond.state, beyond.period};
+  if (memory == JointMemory::kSettled) {
+    guess = flow.GuessCycle(flow.ToWagonState(beyond.state, beyond.lambda), beyond.lambda, kSettle);
+  }
   if (!guess) throw CycleError(fmt::format("hunting dies at {:.3f} m/s already", beyond.lambda));
   const Cycle start = FindCycle(flow, beyond.lambda, guess->state, guess->period, continuation.cycle);
   const Branch branch = FollowBranch(flow, start, continuation);
@@ -96,18 +110,22 @@ double FindFoldNear(const Wagon& wagon, const Cycle& beyond, double fold, const 
                                branch.reason.empty() ? "" : ": ", branch.reason));
 }
 
-FoldBounds CalcFoldBounds(const SetScatter& scatter, const Wagon& wagon, const Cycle& fold,
+FoldBounds CalcFoldBounds(const SetScatter& scatter, const Wagon& wagon, const BranchEvent& fold,
                           std::span<const Cycle> branch, const PropagateOptions& options,
                           const WagonFlowOptions& flow) {
   const auto begin = std::chrono::steady_clock::now();
   FoldBounds bounds;
-  if (!scatter.empty()) bounds.gradient = CalcFoldGradient(scatter, wagon, fold, flow);
+  if (!scatter.empty()) {
+    bounds.gradient = fold.at_corner ? CalcCornerGradient(scatter, wagon, fold.lambda, branch, flow)
+                                     : CalcFoldGradient(scatter, wagon, fold.cycle, flow);
+  }
   if (scatter.size() > 0) {
     const double std = std::sqrt(bounds.gradient.dot(scatter.covariance() * bounds.gradient));
     const Cycle& beyond = FindBeyond(branch, fold.lambda, std::max(kLeastWay, kStdsBeyond * std));
     bounds.speed = PropagateScalar(
         "nonlinear critical speed", "m/s",
-        [&](const Wagon& drawn) { return FindFoldNear(drawn, beyond, fold.lambda, flow); }, scatter, wagon, options);
+        [&](const Wagon& drawn) { return FindFoldNear(drawn, beyond, fold.lambda, JointMemory::kSettled, flow); },
+        scatter, wagon, options);
   }
   bounds.speed.name = "nonlinear critical speed";
   bounds.speed.unit = "m/s";

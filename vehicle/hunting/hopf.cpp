@@ -28,18 +28,23 @@ bool HasRollingFriction(const Wagon& wagon) {
 const char* HopfTypeName(HopfType type) { return type == HopfType::kSupercritical ? "supercritical" : "subcritical"; }
 
 HopfPoint ExamineHopf(const Wagon& wagon, const Crossing& crossing, const HopfOptions& options) {
+  return ExamineHopf(FamilyBySpeed(wagon), crossing, options);
+}
+
+HopfPoint ExamineHopf(const WagonFamily& family, const Crossing& crossing, const HopfOptions& options) {
   HopfPoint hopf;
   hopf.crossing = crossing;
   if (crossing.frequency_hz == 0) {
     hopf.reason = "a real eigenvalue: the wagon diverges, no cycle is born";
     return hopf;
   }
+  WagonFlow flow(family, crossing.V, options.flow);
+  const Wagon& wagon = flow.WagonAt(crossing.V);
   if (HasRollingFriction(wagon)) {
     hopf.reason = "rolling friction holds the links at vanishing amplitude: no cycle is born, hunting has to be pushed";
     return hopf;
   }
-  WagonFlow flow(FamilyBySpeed(wagon), crossing.V, options.flow);
-  const Eigen::VectorXd equilibrium = flow.FromWagonState(FindEquilibrium(wagon, crossing.V));
+  const Eigen::VectorXd equilibrium = flow.FromWagonState(FindEquilibrium(wagon, flow.SpeedAt(crossing.V)));
   Eigen::VectorXcd shape = flow.FromMode(crossing.mode);
   if (crossing.mode.lambda.imag() < 0) shape = shape.conjugate().eval();
   const double omega = std::abs(crossing.mode.lambda.imag());

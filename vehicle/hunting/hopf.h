@@ -20,7 +20,7 @@ const char* HopfTypeName(HopfType type);  ///< "supercritical", "subcritical"
 /// A small cycle near a crossing.
 struct BornCycle {
   double size = 0;   ///< largest displacement of the motion [m] or [rad], of the body as a rule
-  double speed = 0;  ///< at which it lives [m/s]
+  double speed = 0;  ///< at which it lives [m/s], or value of the family's parameter
   Cycle cycle;
 };
 
@@ -46,5 +46,7 @@ struct HopfPoint {
 /// FindBornCycle (dynamics/continuation.h) about the running equilibrium there, all joints stuck.
 /// @throws what FindEquilibrium throws; a cycle that is not found is left out.
 HopfPoint ExamineHopf(const Wagon& wagon, const Crossing& crossing, const HopfOptions& options = {});
+/// The same by another parameter than the speed; `crossing` of FindCrossings by that.
+HopfPoint ExamineHopf(const WagonFamily& family, const Crossing& crossing, const HopfOptions& options = {});
 
 }  // namespace uiclink

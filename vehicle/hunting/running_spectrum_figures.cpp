@@ -51,32 +51,37 @@ FigurePanel SpectrumPanel(const RunningSpectrum& spectrum, std::size_t motion) {
   return panel;
 }
 
-/// The last seconds of a history.
-FigureSeries TimeSeries(const std::string& name, const GuidanceHistory& history, const std::vector<double>& values,
-                        double factor) {
+/// A history from a time on.
+struct Shown {
+  const GuidanceHistory& history;
+  double from = 0;  ///< [s]
+};
+
+FigureSeries TimeSeries(const std::string& name, const Shown& shown, const std::vector<double>& values, double factor) {
+  const GuidanceHistory& history = shown.history;
   FigureSeries series{.name = name};
-  const double from = history.t.empty() ? 0 : history.t.back() - kCloseUp;
   for (std::size_t i = 0; i < history.t.size(); ++i) {
-    if (history.t[i] < from) continue;
+    if (history.t[i] < shown.from) continue;
     series.x.push_back(history.t[i]);
     series.y.push_back(factor * values[i]);
   }
   return series;
 }
 
-FigurePanel LongitudinalForces(const GuidanceHistory& history, std::size_t axle, const std::string& name) {
+FigurePanel LongitudinalForces(const Shown& shown, std::size_t axle, const std::string& name) {
+  const GuidanceHistory& history = shown.history;
   return {.title = name + ", longitudinal guide forces",
           .x = {"time", "s"},
           .y = {"force", "kN"},
-          .series = {TimeSeries("left box", history, history.longitudinal[2 * axle].force, 1e-3),
-                     TimeSeries("right box", history, history.longitudinal[2 * axle + 1].force, 1e-3)}};
+          .series = {TimeSeries("left box", shown, history.longitudinal[2 * axle].force, 1e-3),
+                     TimeSeries("right box", shown, history.longitudinal[2 * axle + 1].force, 1e-3)}};
 }
 
-FigurePanel LateralForce(const GuidanceHistory& history, std::size_t axle, const std::string& name) {
+FigurePanel LateralForce(const Shown& shown, std::size_t axle, const std::string& name) {
   return {.title = name + ", lateral guide force",
           .x = {"time", "s"},
           .y = {"force", "kN"},
-          .series = {TimeSeries("", history, history.lateral[axle].force, 1e-3)}};
+          .series = {TimeSeries("", shown, shown.history.lateral[axle].force, 1e-3)}};
 }
 
 FigurePanel ClearancePanel(const std::string& title, double clearance, std::vector<FigureSeries> series) {
@@ -145,21 +150,23 @@ Figure SpectrumFigure(const SpectrumRun& run) {
   return figure;
 }
 
-Figure ImpactFigure(const SpectrumRun& run) {
-  const GuidanceHistory& history = run.guidance;
-  Figure figure{.title = Title(run, "impacts"), .columns = 2, .width = 1300, .panel_height = 250};
+Figure ImpactFigure(const SpectrumRun& run) { return GuidanceFigure(Title(run, "impacts"), run.guidance, kCloseUp); }
+
+Figure GuidanceFigure(const std::string& title, const GuidanceHistory& history, double duration) {
+  const Shown shown{history, history.t.empty() ? 0 : history.t.back() - duration};
+  Figure figure{.title = title, .columns = 2, .width = 1300, .panel_height = 250};
   const std::array<std::string, kAxles> names{"front wheelset", "rear wheelset"};
   for (std::size_t axle = 0; axle < kAxles; ++axle) {
-    figure.panels.push_back(LongitudinalForces(history, axle, names[axle]));
-    figure.panels.push_back(LateralForce(history, axle, names[axle]));
+    figure.panels.push_back(LongitudinalForces(shown, axle, names[axle]));
+    figure.panels.push_back(LateralForce(shown, axle, names[axle]));
   }
   std::vector<FigureSeries> boxes;
   for (std::size_t i = 0; i < kCorners; ++i)
-    boxes.push_back(TimeSeries(Words(kCornerNames[i]), history, history.longitudinal[i].displacement, 1e3));
+    boxes.push_back(TimeSeries(Words(kCornerNames[i]), shown, history.longitudinal[i].displacement, 1e3));
   figure.panels.push_back(ClearancePanel("longitudinal clearance", history.longitudinal_clearance, std::move(boxes)));
   figure.panels.push_back(ClearancePanel("lateral clearance", history.lateral_clearance,
-                                         {TimeSeries("front", history, history.lateral[0].displacement, 1e3),
-                                          TimeSeries("rear", history, history.lateral[1].displacement, 1e3)}));
+                                         {TimeSeries("front", shown, history.lateral[0].displacement, 1e3),
+                                          TimeSeries("rear", shown, history.lateral[1].displacement, 1e3)}));
   return figure;
 }
 

@@ -124,48 +124,10 @@ Json LossesToJson(const SpectrumRun& run) {
 
 // --- text ------------------------------------------------------------------------------------------------------------
 
-std::string LineTable(const RunningSpectrum& spectrum) {
-  TextTable table;
-  table.AddColumn("motion", TextTable::Align::kLeft);
-  table.AddColumn("rms");
-  table.AddColumn("unit", TextTable::Align::kLeft);
-  table.AddColumn("lines [Hz]", TextTable::Align::kLeft);
-  for (std::size_t m = 0; m < kSpectrumMotions; ++m) {
-    std::string lines;
-    for (const SpectralLine& line : spectrum.motions[m].lines)
-      lines += fmt::format("{}{:.3f}", lines.empty() ? "" : ", ", line.frequency);
-    table.AddRow(
-        {Words(kSpectrumTable[m].name), fmt::format("{:.4f}", 1e3 * spectrum.motions[m].rms), UnitOf(m), lines});
-  }
-  return table.Format();
-}
-
 std::string Verdict(const SpectralLine& line) {
   std::string text = Name(line.locking);
   if (!line.near.empty()) text += ", near the free " + Words(line.near) + " vibration";
   return text;
-}
-
-std::string LockingTable(const RunningSpectrum& spectrum) {
-  TextTable table;
-  table.AddColumn("motion", TextTable::Align::kLeft);
-  table.AddColumn("line\n[Hz]");
-  table.AddColumn("amplitude\n[mm, mrad]");
-  table.AddColumn("ratio\nto base");
-  table.AddColumn("standard\nerror");
-  table.AddColumn("nearest\nratio");
-  table.AddColumn("slip\n[turns]");
-  table.AddColumn("keeps step?", TextTable::Align::kLeft);
-  for (std::size_t m = 0; m < kSpectrumMotions; ++m) {
-    std::string name = Words(kSpectrumTable[m].name);
-    for (const SpectralLine& line : spectrum.motions[m].lines) {
-      table.AddRow({name, fmt::format("{:.4f}", line.frequency), fmt::format("{:.4f}", 1e3 * line.amplitude),
-                    fmt::format("{:.5f}", line.ratio), fmt::format("{:.1e}", line.ratio_error), RatioOf(line),
-                    fmt::format("{:+.3f}", line.slip), Verdict(line)});
-      name.clear();
-    }
-  }
-  return table.Format();
 }
 
 std::string SpectrumText(const SpectrumRun& run) {
@@ -182,7 +144,7 @@ std::string SpectrumText(const SpectrumRun& run) {
                   0, kColumns);
     return text;
   }
-  text += LineTable(s);
+  text += MakeLineTable(s).Format();
   if (s.base_motion.empty()) return text + "\nNo lateral motion, so that there is no base frequency.\n";
   text += fmt::format(
       "\nBase: {} at {:.5f} Hz (standard error {:.1g} Hz), {:.1f} periods. A line anywhere would pass for locked "
@@ -190,11 +152,50 @@ std::string SpectrumText(const SpectrumRun& run) {
       Words(s.base_motion), s.base_hz, s.base_error, s.periods(), 100 * s.chance);
   if (s.periods() < kLeastPeriods)
     text += fmt::format("Too short to tell what keeps step: {:g} periods are wanted.\n", kLeastPeriods);
-  return text + "\n" + LockingTable(s);
+  return text + "\n" + MakeLockingTable(s).Format();
 }
 
 std::string VibrationText(const SpectrumRun& run) {
-  if (run.vibrations.empty()) return "";
+  return run.vibrations.empty() ? "" : "\n" + MakeVibrationTable(run).Format();
+}
+
+std::string GuidanceText(const SpectrumRun& run) {
+  std::string text = "\n" + MakeGuidanceTable(run).Format();
+  if (!run.inputs.choice.options.guidance) text += "(the guides are taken away: --no-guidance)\n";
+  return text;
+}
+
+std::string LossText(const SpectrumRun& run) {
+  if (!HasLosses(run)) return "\nLosses need a run of their own: histories do not hold them.\n";
+  const EnergyLosses& losses = run.losses;
+  const bool cycles = run.cycles > 0;
+  const double per = cycles ? run.cycles : 1;
+  std::string text =
+      cycles ? fmt::format("\nEnergy lost per cycle (mean of {:g} in {:.4g} s):\n\n", per, losses.t1 - losses.t0)
+             : fmt::format("\nEnergy lost in {:.4g} s:\n\n", losses.t1 - losses.t0);
+  text += MakeLossTable(run).Format() + "\n";
+  const double off = losses.Residual();
+  text += Paragraph(
+      fmt::format("The drive gives {:.5g} J{}. The motion gains {:.3g} J, the wheels' normal forces take {:.3g} J; "
+                  "rotations of first order give {:.3g} J, elastic effects {:.3g} J. The balance is off by {:.2g} J, "
+                  "{:.2g} % of what is lost.",
+                  losses.drive / per, cycles ? " per cycle" : "", losses.stored_change / per, -losses.contact / per,
+                  losses.rotations / per, losses.reversible / per, off / per, 100 * std::abs(ShareOf(run, off))),
+      0, kColumns);
+  const double suspension = losses.LostInLinks() + losses.LostInSprings();
+  if (suspension != 0)
+    text += Paragraph(
+        fmt::format("Of what the suspension loses, the links' joints take {:.1f} % and the vertical springs {:.1f} %; "
+                    "creep of the wheels takes {:.1f} % of all.",
+                    100 * losses.LostInLinks() / suspension, 100 * losses.LostInSprings() / suspension,
+                    100 * ShareOf(run, losses.LostInCreep())),
+        0, kColumns);
+  return text;
+}
+
+}  // namespace
+
+TextTable MakeVibrationTable(const SpectrumRun& run) {
   TextTable table;
   table.AddColumn("free vibration", TextTable::Align::kLeft);
   table.AddColumn("joints stuck\n[Hz]");
@@ -203,10 +204,10 @@ std::string VibrationText(const SpectrumRun& run) {
   for (const FreeVibration& v : run.vibrations)
     table.AddRow({Words(v.name), fmt::format("{:.3f}", v.stuck_hz), fmt::format("{:.3f}", v.sliding_hz),
                   fmt::format("{:+.3f}", v.decay)});
-  return "\n" + table.Format();
+  return table;
 }
 
-std::string GuidanceText(const SpectrumRun& run) {
+TextTable MakeGuidanceTable(const SpectrumRun& run) {
   TextTable table;
   table.AddColumn("axle box against guide", TextTable::Align::kLeft);
   table.AddColumn("clearance\n[mm]");
@@ -218,12 +219,11 @@ std::string GuidanceText(const SpectrumRun& run) {
                   fmt::format("{:.3f}", 1e3 * (clearance - use.clearance_used)), std::to_string(use.impacts.count),
                   use.impacts.count > 0 ? fmt::format("{:.2f}", 1e-3 * use.impacts.peak_N) : "-"});
   });
-  std::string text = "\n" + table.Format();
-  if (!run.inputs.choice.options.guidance) text += "(the guides are taken away: --no-guidance)\n";
-  return text;
+  return table;
 }
 
-std::string LossTable(const SpectrumRun& run, double per) {
+TextTable MakeLossTable(const SpectrumRun& run) {
+  const double per = run.cycles > 0 ? run.cycles : 1;
   TextTable table;
   table.AddColumn("lost in", TextTable::Align::kLeft);
   for (const char* corner : kCornerNames) {
@@ -248,38 +248,46 @@ std::string LossTable(const SpectrumRun& run, double per) {
   }
   table.AddRule();
   add("all", all);
-  return table.Format();
+  return table;
 }
 
-std::string LossText(const SpectrumRun& run) {
-  if (!HasLosses(run)) return "\nLosses need a run of their own: histories do not hold them.\n";
-  const EnergyLosses& losses = run.losses;
-  const bool cycles = run.cycles > 0;
-  const double per = cycles ? run.cycles : 1;
-  std::string text =
-      cycles ? fmt::format("\nEnergy lost per cycle (mean of {:g} in {:.4g} s):\n\n", per, losses.t1 - losses.t0)
-             : fmt::format("\nEnergy lost in {:.4g} s:\n\n", losses.t1 - losses.t0);
-  text += LossTable(run, per) + "\n";
-  const double off = losses.Residual();
-  text += Paragraph(
-      fmt::format("The drive gives {:.5g} J{}. The motion gains {:.3g} J, the wheels' normal forces take {:.3g} J; "
-                  "rotations of first order give {:.3g} J, elastic effects {:.3g} J. The balance is off by {:.2g} J, "
-                  "{:.2g} % of what is lost.",
-                  losses.drive / per, cycles ? " per cycle" : "", losses.stored_change / per, -losses.contact / per,
-                  losses.rotations / per, losses.reversible / per, off / per, 100 * std::abs(ShareOf(run, off))),
-      0, kColumns);
-  const double suspension = losses.LostInLinks() + losses.LostInSprings();
-  if (suspension != 0)
-    text += Paragraph(
-        fmt::format("Of what the suspension loses, the links' joints take {:.1f} % and the vertical springs {:.1f} %; "
-                    "creep of the wheels takes {:.1f} % of all.",
-                    100 * losses.LostInLinks() / suspension, 100 * losses.LostInSprings() / suspension,
-                    100 * ShareOf(run, losses.LostInCreep())),
-        0, kColumns);
-  return text;
+TextTable MakeLineTable(const RunningSpectrum& spectrum) {
+  TextTable table;
+  table.AddColumn("motion", TextTable::Align::kLeft);
+  table.AddColumn("rms");
+  table.AddColumn("unit", TextTable::Align::kLeft);
+  table.AddColumn("lines [Hz]", TextTable::Align::kLeft);
+  for (std::size_t m = 0; m < kSpectrumMotions; ++m) {
+    std::string lines;
+    for (const SpectralLine& line : spectrum.motions[m].lines)
+      lines += fmt::format("{}{:.3f}", lines.empty() ? "" : ", ", line.frequency);
+    table.AddRow(
+        {Words(kSpectrumTable[m].name), fmt::format("{:.4f}", 1e3 * spectrum.motions[m].rms), UnitOf(m), lines});
+  }
+  return table;
 }
 
-}  // namespace
+TextTable MakeLockingTable(const RunningSpectrum& spectrum) {
+  TextTable table;
+  table.AddColumn("motion", TextTable::Align::kLeft);
+  table.AddColumn("line\n[Hz]");
+  table.AddColumn("amplitude\n[mm, mrad]");
+  table.AddColumn("ratio\nto base");
+  table.AddColumn("standard\nerror");
+  table.AddColumn("nearest\nratio");
+  table.AddColumn("slip\n[turns]");
+  table.AddColumn("keeps step?", TextTable::Align::kLeft);
+  for (std::size_t m = 0; m < kSpectrumMotions; ++m) {
+    std::string name = Words(kSpectrumTable[m].name);
+    for (const SpectralLine& line : spectrum.motions[m].lines) {
+      table.AddRow({name, fmt::format("{:.4f}", line.frequency), fmt::format("{:.4f}", 1e3 * line.amplitude),
+                    fmt::format("{:.5f}", line.ratio), fmt::format("{:.1e}", line.ratio_error), RatioOf(line),
+                    fmt::format("{:+.3f}", line.slip), Verdict(line)});
+      name.clear();
+    }
+  }
+  return table;
+}
 
 double LossSum::Sum() const { return std::accumulate(lost.begin(), lost.end(), 0.0); }
 

@@ -5,6 +5,7 @@
 
 #include "reports/csv.h"
 #include "reports/figure.h"
+#include "reports/text_table.h"
 #include "vehicle/hunting/guidance_history.h"
 #include "vehicle/hunting/joint_losses.h"
 #include "vehicle/hunting/running_spectrum.h"
@@ -34,6 +35,11 @@ struct SpectrumRun {
 std::string FormatSpectrumJson(const SpectrumRun& run);
 /// Tables for a terminal: lines (tables 10.1 and 10.2), phase locking, guidance, losses.
 std::string FormatSpectrum(const SpectrumRun& run);
+TextTable MakeLineTable(const RunningSpectrum& spectrum);
+TextTable MakeLockingTable(const RunningSpectrum& spectrum);
+TextTable MakeVibrationTable(const SpectrumRun& run);
+TextTable MakeGuidanceTable(const SpectrumRun& run);
+TextTable MakeLossTable(const SpectrumRun& run);
 
 /// Frequency and, of every motion, the power spectral density [m^2/Hz], [rad^2/Hz].
 std::vector<DataColumn> SpectrumColumns(const SpectrumRun& run);
@@ -44,6 +50,8 @@ std::string FormatLossesCsv(const SpectrumRun& run);
 Figure SpectrumFigure(const SpectrumRun& run);
 /// Forces of the guides and what the clearances are used for (figure 10.6), the last seconds.
 Figure ImpactFigure(const SpectrumRun& run);
+/// The same of any history: its last so many seconds.
+Figure GuidanceFigure(const std::string& title, const GuidanceHistory& history, double duration);
 /// Losses as bars, all corners together and each.
 Figure LossFigure(const SpectrumRun& run);
 

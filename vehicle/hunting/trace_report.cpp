@@ -58,7 +58,7 @@ TraceDelay CalcTraceDelay(const std::vector<LegFigures>& legs, std::optional<dou
   return delay;
 }
 
-std::string FormatTraceLegs(const TraceRun& run) {
+TextTable MakeTraceTable(const TraceRun& run) {
   TextTable table;
   for (const char* head : {"leg", "from\n[m/s]", "to\n[m/s]", "step\n[m/s]", "hunting sets in\nat [m/s]",
                            "it dies\nat [m/s]", "largest front\n[mm]", "at\n[m/s]"})
@@ -70,9 +70,13 @@ std::string FormatTraceLegs(const TraceRun& run) {
                   fmt::format("{:g}", run.options.legs[i].step), SpeedOrDash(leg.onset), SpeedOrDash(leg.death),
                   fmt::format("{:.3f}", 1e3 * leg.largest), leg.at > 0 ? fmt::format("{:.2f}", leg.at) : "-"});
   }
+  return table;
+}
+
+std::string FormatTraceLegs(const TraceRun& run) {
   std::string text = fmt::format("{:g} s at every speed, the last {:g} s count; {} speeds in {:.1f} s of computing.\n",
                                  run.options.hold, run.options.window, run.rows.size(), run.wall_s) +
-                     table.Format();
+                     MakeTraceTable(run).Format();
   if (!run.complete) text += fmt::format("The trace ended early: {}.\n", run.end_reason);
   return text;
 }

@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "reports/csv.h"
+#include "reports/text_table.h"
 #include "vehicle/hunting/trace.h"
 
 namespace uiclink {
@@ -38,6 +39,7 @@ TraceDelay CalcTraceDelay(const std::vector<LegFigures>& legs, std::optional<dou
 
 /// Table of the legs, for a terminal.
 std::string FormatTraceLegs(const TraceRun& run);
+TextTable MakeTraceTable(const TraceRun& run);
 /// A row for every speed; millimetres and milliradians.
 std::vector<DataColumn> TraceColumns(const std::vector<TraceRow>& rows);
 

@@ -28,7 +28,7 @@ StateVector<double> MoveInside(StateVector<double> x, const StateVector<double>&
 
 Index At(std::size_t i) { return static_cast<Index>(i); }
 
-/// Columns for so many of W and that of the speed, in whole vectors of four.
+/// Columns for so many of W and that of the parameter, in whole vectors of four.
 Index CountColumns(Index rank) { return (rank + 4) / 4 * 4; }
 
 /// Deflections of all links where the motions, or their rates, are x.
@@ -53,8 +53,13 @@ std::vector<SliderPlace> ListSliders(const Wagon& wagon) {
   return sliders;
 }
 
-Variation::Variation(const Wagon& wagon, double V, const Eigen::VectorXd& scales)
-    : wagon_(wagon), V_(V), scales_(scales), motions_(At(wagon.size())), sliders_(ListSliders(wagon)) {
+Variation::Variation(const Wagon& wagon, double V, const Eigen::VectorXd& scales, ParameterSlopes* parameter)
+    : wagon_(wagon),
+      V_(V),
+      scales_(scales),
+      motions_(At(wagon.size())),
+      sliders_(ListSliders(wagon)),
+      parameter_(parameter) {
   d_ = v_ = Eigen::MatrixXd::Zero(At(kLinks), motions_);
   // Deflections are linear in the motions.
   for (Index i = 0; i < motions_; ++i) {
@@ -72,15 +77,15 @@ void Variation::Resize(Index rank) {
   step_.Reserve(static_cast<std::size_t>(columns));
 }
 
-void Variation::Begin(const Eigen::MatrixXd& from, bool by_speed) {
+void Variation::Begin(const Eigen::MatrixXd& from) {
   Resize(from.cols());
   deviations_.leftCols(rank_) = from;
   weights_ = Eigen::MatrixXd::Identity(rank_, rank_);
-  by_speed_ = by_speed;
   largest_rank_ = 0;
 }
 
 void Variation::LoadForcing(const LinkStates& links) {
+  if (parameter_ != nullptr) parameter_->SetMode(links);
   forcing_.setZero();
   for (std::size_t i = 0; i < sliders_.size(); ++i) {
     const SliderPlace& place = sliders_[i];
@@ -92,27 +97,35 @@ void Variation::LoadForcing(const LinkStates& links) {
   }
 }
 
+void Variation::CalcSlopes(const LinkStates& links, const StateVector<double>& x, std::size_t place) {
+  CalcRateSlopes(wagon_, V_, links, x, &slopes_[place]);
+  if (parameter_ != nullptr) parameter_->CalcRate(V_, x, &by_parameter_[place]);
+}
+
 void Variation::MakeStep(const RecordedRun::Step& step, const LinkStates& links, bool begin_known, bool ends_at_event) {
   const double h = step.t1 - step.t0;
   if (begin_known) {
     std::swap(begin_, end_);
   } else {
     CalcRate(wagon_, V_, links, step.x0, &end_rate_);
-    CalcRateSlopes(wagon_, V_, links, MoveInside(step.x0, end_rate_, std::min(kInside, 0.01 * h)), &slopes_[begin_]);
+    CalcSlopes(links, MoveInside(step.x0, end_rate_, std::min(kInside, 0.01 * h)), begin_);
   }
   const StateVector<double> begin_rate = end_rate_;
   CalcRate(wagon_, V_, links, step.x1, &end_rate_);
   StateVector<double> middle;
   for (std::size_t i = 0; i < kMaxState; ++i)
     middle[i] = 0.5 * (step.x0[i] + step.x1[i]) + 0.125 * h * (begin_rate[i] - end_rate_[i]);
-  CalcRateSlopes(wagon_, V_, links, middle, &slopes_[middle_]);
+  CalcSlopes(links, middle, middle_);
   const double inside = ends_at_event ? -std::min(kInside, 0.01 * h) : 0;
-  CalcRateSlopes(wagon_, V_, links, MoveInside(step.x1, end_rate_, inside), &slopes_[end_]);
+  CalcSlopes(links, MoveInside(step.x1, end_rate_, inside), end_);
 
-  const auto columns = static_cast<std::size_t>(deviations_.cols());
-  step_.Make({slopes_[begin_], slopes_[middle_], slopes_[end_]}, h, wagon_.size(),
-             {.stride = columns, .speed_column = by_speed_ ? static_cast<std::size_t>(rank_) : columns},
-             forcing_.data(), deviations_.data());
+  DeviationStep::ParameterRates by_parameter{};
+  if (parameter_ != nullptr)
+    by_parameter = {by_parameter_[begin_].data(), by_parameter_[middle_].data(), by_parameter_[end_].data()};
+  step_.Make(
+      {slopes_[begin_], slopes_[middle_], slopes_[end_]}, h, wagon_.size(),
+      {.stride = static_cast<std::size_t>(deviations_.cols()), .parameter_column = static_cast<std::size_t>(rank_)},
+      forcing_.data(), deviations_.data(), by_parameter);
 }
 
 /// A joint that breaks out from a static peak: its force falls, and what deviates meets the event earlier or later.
@@ -136,23 +149,36 @@ void Variation::BreakOut(const SliderPlace& place, std::size_t slider, const Lin
   const Eigen::RowVectorXd gradient = d_.row(link) - growth * v_.row(link);
   const double approach = gradient * flow;
   if (approach == 0) return;
-  const Eigen::RowVectorXd h = gradient * motions() - deviations_.row(motions_ + At(slider));
+  Eigen::RowVectorXd h = gradient * motions() - deviations_.row(motions_ + At(slider));
+  if (parameter_ != nullptr) {
+    const ParameterSlopes::Deflection moved = parameter_->CalcDeflection(place.link, x);
+    h[rank_] += moved.d - growth * moved.v - side * parameter_->CalcBreakoutReach(place, side, v);
+  }
   motions() += fall / approach * h;
 }
 
 /// The moment of it does not matter: the place at which the spring is relaxed stands still there.
-void Variation::Stick(const SliderPlace& place, std::size_t slider, const LinkStates& before,
+void Variation::Stick(const SliderPlace& place, std::size_t slider, const LinkStates& before, const LinkStates& after,
                       const StateVector<double>& x) {
   const Index link = At(place.link);
-  Eigen::RowVectorXd row = d_.row(link);
+  double turn = 0;  // how much sooner or later it sticks, by the velocity [s]
+  const double v = v_.row(link) * Eigen::Map<const Eigen::VectorXd>(x.data(), motions_);
   if (LinkAt(wagon_, place.link).needs_acceleration()) {
     StateVector<double> rate;
     CalcRate(wagon_, V_, before, x, &rate);
-    const double v = v_.row(link) * Eigen::Map<const Eigen::VectorXd>(x.data(), motions_);
     const double a = v_.row(link) * Eigen::Map<const Eigen::VectorXd>(rate.data(), motions_);
-    if (a != 0) row -= v / a * v_.row(link);
+    if (a != 0) turn = v / a;
   }
-  deviations_.row(motions_ + At(slider)) = row * motions();
+  deviations_.row(motions_ + At(slider)) = (d_.row(link) - turn * v_.row(link)) * motions();
+  if (parameter_ == nullptr) return;
+  const double slid = LinkAt(before, place.link).joints[place.joint].slides;
+  const double d = d_.row(link) * Eigen::Map<const Eigen::VectorXd>(x.data(), motions_);
+  const double side = slid != 0 ? slid : d > LinkAt(after, place.link).joints[place.joint].p ? 1 : -1;
+  const double along = side * std::max(0.0, side * v);
+  const double reach =
+      slid != 0 ? parameter_->CalcSlidingReach(place, side, along) : parameter_->CalcBreakoutReach(place, side, along);
+  const ParameterSlopes::Deflection moved = parameter_->CalcDeflection(place.link, x);
+  deviations_(motions_ + At(slider), rank_) += moved.d - turn * moved.v - side * reach;
 }
 
 void Variation::PassEvent(const LinkStates& before, const LinkStates& after, const StateVector<double>& x) {
@@ -163,7 +189,7 @@ void Variation::PassEvent(const LinkStates& before, const LinkStates& after, con
     if (was.slides == 0 && is.slides != 0) {
       if (LinkAt(wagon_, place.link).needs_acceleration()) BreakOut(place, i, before, after, x);
     } else if (is.slides == 0 && (was.slides != 0 || was.p != is.p)) {
-      Stick(place, i, before, x);
+      Stick(place, i, before, after, x);
     }
   }
 }
@@ -182,14 +208,14 @@ void Variation::Compress() {
   const Eigen::VectorXd sizes = R.rowwise().norm();
   R = sizes.cwiseInverse().asDiagonal() * R;
   weights_ = (R * qr.colsPermutation().inverse()) * weights_;
-  const Eigen::VectorXd by_speed = end_by_speed();
+  const Eigen::VectorXd by_parameter = end_by_parameter();
   Resize(kept);
   deviations_.leftCols(kept) = scales_.asDiagonal() * Q * sizes.asDiagonal();
-  deviations_.col(kept) = by_speed;
+  deviations_.col(kept) = by_parameter;
 }
 
-void Variation::Follow(const RecordedRun& run, const Eigen::MatrixXd& from, bool by_speed) {
-  Begin(from, by_speed);
+void Variation::Follow(const RecordedRun& run, const Eigen::MatrixXd& from) {
+  Begin(from);
   std::size_t mode = 0;
   int steps = 0, compress_at = kFirstCompression;
   LoadForcing(run.modes[mode]);

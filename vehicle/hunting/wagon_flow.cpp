@@ -235,7 +235,7 @@ class WagonFlow::Impl {
     }
     passage.held = FindHeld();
     for (const int i : passage.held) passage.end[i] = start[i];
-    if (derivatives) Vary(start, T, lambda, &passage);
+    if (derivatives) Vary(lambda, &passage);
     return passage;
   }
 
@@ -258,6 +258,17 @@ class WagonFlow::Impl {
     if (!link.needs_acceleration()) return 0;
     const double side = LinkAt(state.links, place.link).joints[place.joint].slides;
     return link.CalcLimitSlope(place.joint, side, CalcLinkMotions(*wagon_, state.x)[place.link].v);
+  }
+
+  /// How the place of a joint that slides depends on the parameter where the motions stay:
+  /// dp = dd - L' dv - side d reach.
+  double CalcPlaceSlope(int component, const ParameterSlopes& parameter) const {
+    const SliderPlace& place = PlaceOf(component);
+    const WagonState& state = integrator_->state();
+    const double side = LinkAt(state.links, place.link).joints[place.joint].slides;
+    const ParameterSlopes::Deflection moved = parameter.CalcDeflection(place.link, state.x);
+    return moved.d - LimitSlope(component, state) * moved.v -
+           side * parameter.CalcSlidingReach(place, side, CalcLinkMotions(*wagon_, state.x)[place.link].v);
   }
 
   void Begin() {
@@ -317,7 +328,7 @@ class WagonFlow::Impl {
     return held;
   }
 
-  void Vary(const Eigen::VectorXd& start, double T, double lambda, Passage* passage);
+  void Vary(double lambda, Passage* passage);
 
   static constexpr double kHuntingRate = 10;  ///< [1/s]
   static constexpr double kGuessWindow =
@@ -337,27 +348,27 @@ class WagonFlow::Impl {
 };
 
 /// Columns for what is free at the start, the rest by what it is: held memory keeps its value, slaved memory has none.
-void WagonFlow::Impl::Vary(const Eigen::VectorXd& start, double T, double lambda, Passage* passage) {
+void WagonFlow::Impl::Vary(double lambda, Passage* passage) {
   const Index size = scales_.size();
   const std::vector<int> free = FreeComponents(*passage);
   const std::vector<Index> columns(free.begin(), free.end());
-  Variation variation(*wagon_, SpeedAt(lambda), scales_);
-  variation.Follow(run_, Eigen::MatrixXd::Identity(size, size)(Eigen::all, columns), family_.varies_speed);
+  std::optional<ParameterSlopes> parameter;
+  if (!family_.varies_speed)
+    parameter.emplace(family_.make(lambda - family_.step), family_.make(lambda + family_.step), 2 * family_.step);
+  Variation variation(*wagon_, SpeedAt(lambda), scales_, parameter ? &*parameter : nullptr);
+  variation.Follow(run_, Eigen::MatrixXd::Identity(size, size)(Eigen::all, columns));
   passage->by_start = Eigen::MatrixXd::Zero(size, size);
   passage->by_start(Eigen::all, columns) = variation.end();
-  passage->by_parameter = variation.end_by_speed();
+  passage->by_parameter = variation.end_by_parameter();
   for (const int i : passage->slaved_end) {
     const Index link = At(PlaceOf(i).link);
     const Eigen::RowVectorXd follows =
         variation.deflections().row(link) - LimitSlope(i, integrator_->state()) * variation.velocities().row(link);
     passage->by_start.row(i) = follows * passage->by_start.topRows(motions_);
     passage->by_parameter[i] = follows * passage->by_parameter.head(motions_);
+    if (parameter) passage->by_parameter[i] += CalcPlaceSlope(i, *parameter);
   }
   for (const int i : passage->held) passage->by_start(i, i) = 1;
-  if (family_.varies_speed) return;
-  const double h = family_.step;
-  const Eigen::VectorXd above = Pass(start, T, lambda + h, false).end;
-  passage->by_parameter = (above - Pass(start, T, lambda - h, false).end) / (2 * h);
 }
 
 namespace {

@@ -22,7 +22,7 @@ struct WagonFamily {
   std::function<std::shared_ptr<const Wagon>(double value)> make;
   bool varies_speed = true;  ///< the value is the speed, and `make` gives the same wagon for all of them
   double speed = 0;          ///< [m/s], where something else is varied
-  double step = 1e-4;        ///< of central differences by the parameter [its unit]; not used for the speed
+  double step = 1e-4;        ///< of ParameterSlopes [its unit]; not used for the speed
 };
 
 struct WagonFlowOptions {
@@ -36,9 +36,9 @@ struct WagonFlowOptions {
 /// [m] where its spring is relaxed (LinkState::Joint::p; while the joint slides, p follows the link: slaved). Sliders
 /// in the order longitudinal links by corner, lateral links by corner.
 ///
-/// Derivatives are exact through stick and slip, static friction, guidance and spring stages (variation.h); a jump of
-/// rigid contact is blended over a fraction of a micrometre (ContactCurve), and what a deviation gains or loses there
-/// is not in them.
+/// Derivatives, by whatever is varied too, are exact through stick and slip, static friction, guidance and spring
+/// stages (variation.h); a jump of rigid contact is blended over a fraction of a micrometre (ContactCurve), and what a
+/// deviation gains or loses there is not in them.
 class WagonFlow : public Flow {
  public:
   /// @param lambda  a value of the parameter: what sizes and names follow from.
