@@ -18,6 +18,7 @@
 #include "vehicle/hunting/bounds_report.h"
 #include "vehicle/hunting/diagram_report.h"
 #include "vehicle/hunting/fold_bounds.h"
+#include "vehicle/page/pages.h"
 
 namespace uiclink {
 namespace {
@@ -80,17 +81,50 @@ void SetTrace(Arguments* arguments) {
   diagram.to = high;
 }
 
+/// "3.5,5": the range of another parameter than the speed.
+void SetRange(Arguments* arguments) {
+  const std::string& text = arguments->range;
+  const std::size_t comma = std::min(text.find(','), text.size());
+  double low = 0, high = 0;
+  const auto parse = [](const char* begin, const char* end, double* value) {
+    const auto [rest, error] = std::from_chars(begin, end, *value);
+    return error == std::errc() && rest == end && std::isfinite(*value);
+  };
+  const bool good = comma < text.size() && parse(text.data(), text.data() + comma, &low) &&
+                    parse(text.data() + comma + 1, text.data() + text.size(), &high) && low < high;
+  if (!good)
+    throw UsageError(fmt::format("--range: expected two numbers LOW,HIGH with LOW < HIGH, found \"{}\"", text));
+  arguments->diagram.from = low;
+  arguments->diagram.to = high;
+}
+
+/// A diagram by another parameter than the speed.
+void CheckParameter(Arguments* arguments) {
+  if (!arguments->by_parameter()) {
+    if (!arguments->range.empty()) throw UsageError("--range: expected --parameter NAME beside it, found none");
+    return;
+  }
+  if (arguments->method != "continuation")
+    throw UsageError("--parameter: expected --method continuation beside it, found " + arguments->method);
+  if (!arguments->speed) throw UsageError("--parameter: expected --speed V beside it, found none");
+  if (arguments->range.empty()) throw UsageError("--parameter: expected --range LOW,HIGH beside it, found none");
+  if (arguments->bounds.asked)
+    throw UsageError("--draws: they are of the nonlinear critical speed, not of a parameter");
+  SetRange(arguments);
+}
+
 void CheckArguments(Arguments* arguments) {
+  CheckParameter(arguments);
   if (!(arguments->diagram.from < arguments->diagram.to))
     throw UsageError(fmt::format("--to: expected more than --from, {:g} m/s, found {:g}", arguments->diagram.from,
                                  arguments->diagram.to));
   if (arguments->traces()) SetTrace(arguments);
   if (!arguments->traces() && !arguments->legs.empty())
     throw UsageError("--legs: expected --method trace or both beside it, found " + arguments->method);
-  if (arguments->surveys() != arguments->speed.has_value())
-    throw UsageError(arguments->surveys()
-                         ? "--method attractors: expected --speed V beside it, found none"
-                         : "--speed: expected --method attractors beside it, found " + arguments->method);
+  if ((arguments->surveys() || arguments->by_parameter()) != arguments->speed.has_value())
+    throw UsageError(arguments->surveys() ? "--method attractors: expected --speed V beside it, found none"
+                                          : "--speed: expected --method attractors or --parameter beside it, found " +
+                                                arguments->method);
   if (arguments->starts && !arguments->surveys())
     throw UsageError("--attractors: expected --method attractors beside it, found " + arguments->method);
   if (arguments->starts) arguments->attractors.starts = *arguments->starts;
@@ -136,42 +170,47 @@ void MakeFolder(const Output& output) {
   if (error) throw InputError(output.folder, 0, "expected a folder that can be made, found: " + error.message());
 }
 
-/// The nonlinear critical speed of the draws, where it is a fold.
+/// The nonlinear critical speed of the draws, where it is a fold; else a notice says why there is none.
 std::optional<FoldBounds> FindBounds(const SetScatter& scatter, const Wagon& wagon, const BifurcationRun& run,
                                      const Progress& progress) {
   const std::optional<NonlinearCritical>& critical = run.diagram.nonlinear;
-  if (!critical || critical->by != "fold") return std::nullopt;
+  const auto refuse = [](const std::string& why) {
+    PrintNotices({"no bounds of the nonlinear critical speed: " + why});
+    return std::nullopt;
+  };
+  if (!critical || critical->by != "fold") return refuse("it is no fold of a branch here");
   const Branch& branch = run.diagram.branches.at(critical->branch).branch;
   const auto fold = std::ranges::find_if(branch.events, [&](const BranchEvent& event) {
     return event.kind == BranchEventKind::kFold && event.lambda == critical->speed;
   });
-  if (fold == branch.events.end()) return std::nullopt;
+  if (fold == branch.events.end()) return refuse("its branch has no fold there");
   try {
-    return CalcFoldBounds(scatter, wagon, fold->cycle, branch.points,
-                          MakePropagateOptions(progress, "folds of the draws"));
-  } catch (const CycleError&) {  // hunting is not stable far enough above the fold
-    return std::nullopt;
+    return CalcFoldBounds(scatter, wagon, *fold, branch.points, MakePropagateOptions(progress, "folds of the draws"));
+  } catch (const CycleError& error) {  // hunting is not stable far enough above the fold
+    return refuse(error.what());
   }
 }
 
 std::string FormatFirstOrder(const ScalarBounds& speed) {
   if (!speed.linear_low || !speed.linear_high) return {};
-  return fmt::format("To first order, from the fold's own equations: {:.4f} to {:.4f} m/s.\n", *speed.linear_low,
-                     *speed.linear_high);
+  return fmt::format("To first order: {:.4f} to {:.4f} m/s.\n", *speed.linear_low, *speed.linear_high);
 }
 
 int RunBifurcation(Arguments arguments) {
   CheckArguments(&arguments);
   CheckWritable(arguments.output);
   const WagonInputs inputs = ReadWagonInputs(arguments.choice);
+  if (arguments.by_parameter()) FindChosenParameter(arguments, inputs);  // before anything is written
   PrintNotices(inputs.notices);
   const InterruptGuard guard;
   MakeFolder(arguments.output);
   const BifurcationRun run = ComputeBifurcation(arguments, inputs);
   std::string json = FormatBifurcationJson(run), text = FormatBifurcation(run);
   FigureWriter files(arguments.output);
-  const std::optional<SetScatter> scatter =
-      run.continued && !run.interrupted ? MakeScatter(arguments.bounds, inputs) : std::nullopt;
+  const std::optional<SetScatter> scatter = run.continued && !run.interrupted && !arguments.by_parameter()
+                                                ? MakeScatter(arguments.bounds, inputs)
+                                                : std::nullopt;
+  std::vector<ScalarBounds> shown;
   if (scatter) {
     const Progress progress(arguments.output);
     const std::optional<FoldBounds> bounds = FindBounds(*scatter, MakeWagon(inputs), run, progress);
@@ -181,12 +220,14 @@ int RunBifurcation(Arguments arguments) {
       json = WithKey(json, "bounds",
                      {{"scatter", ScatterToJson(*scatter)}, {"nonlinear_critical_speed", BoundsToJson(bounds->speed)}});
       text += "\n" + FormatBounds(*scatter, {bounds->speed}) + FormatFirstOrder(bounds->speed);
-      WriteBounds("nonlinear critical speed, " + inputs.freight.name, *scatter, {bounds->speed}, &files);
-    } else {
-      PrintNotices({"no bounds: the nonlinear critical speed is no fold of a branch here"});
+      shown = {bounds->speed};
+      WriteBounds("nonlinear critical speed, " + inputs.freight.name, *scatter, shown, &files);
     }
   }
   WriteFiles(run, json, &files);
+  files.WriteReport("bifurcation_report.html", [&](const PageOrigin& origin) {
+    return ComposeBifurcationPage(run, MakePageBounds(scatter, shown), origin);
+  });
   PrintNotices(files.notices());
   const std::vector<std::string> faults = ListFaults(run);
   PrintNotices(faults);
@@ -232,6 +273,22 @@ void AddContinuationOptions(CLI::App* app, DiagramOptions* options) {
       ->group(group);
 }
 
+void AddParameterOptions(CLI::App* app, Arguments* arguments) {
+  const std::string group = "Another parameter than the speed";
+  app->add_option("--parameter", arguments->parameter,
+                  "follow hunting in it, at --speed: lateral.k, longitudinal.T01, rear.lateral.k1, friction, "
+                  "lateral_clearance_mm, .. (an unknown name lists all)")
+      ->type_name("NAME")
+      ->group(group);
+  app->add_option("--range", arguments->range, "of the parameter, in its unit; for --from and --to")
+      ->type_name("LOW,HIGH")
+      ->group(group);
+  app->add_option("--speed", arguments->speed, "at which; also of --method attractors [m/s]")
+      ->type_name("V")
+      ->check(CheckBetween(kLowestSpeed, kHighestSpeed, "m/s"))
+      ->group(group);
+}
+
 void AddTraceOptions(CLI::App* app, Arguments* arguments) {
   const std::string group = "Trace (section 10.1 of the thesis)";
   app->add_option("--legs", arguments->legs,
@@ -252,10 +309,6 @@ void AddSurveyOptions(CLI::App* app, Arguments* arguments) {
       ->check(CheckBetween(1, 1e6, ""))
       ->default_str(std::to_string(arguments->attractors.starts))
       ->group(group);
-  app->add_option("--speed", arguments->speed, "at which [m/s]")
-      ->type_name("V")
-      ->check(CheckBetween(kLowestSpeed, kHighestSpeed, "m/s"))
-      ->group(group);
 }
 
 }  // namespace
@@ -263,7 +316,7 @@ void AddSurveyOptions(CLI::App* app, Arguments* arguments) {
 Command AddBifurcationCommand(CLI::App* program) {
   const auto arguments = std::make_shared<Arguments>();
   CLI::App* const app =
-      program->add_subcommand("bifurcation", "branches of hunting against speed, the nonlinear critical speed");
+      program->add_subcommand("bifurcation", "branches of hunting against speed or another parameter");
   app->add_option("--method", arguments->method,
                   "follow cycles, trace the speed up and down as the thesis did, both, or the attractors at one speed")
       ->type_name("continuation|trace|both|attractors")
@@ -276,6 +329,7 @@ Command AddBifurcationCommand(CLI::App* program) {
       ->check(CheckBetween(1, 1024, ""));
   app->add_flag("--restart", arguments->restart, "do not go on from an interrupted trace or survey in --out");
   AddContinuationOptions(app, &arguments->diagram);
+  AddParameterOptions(app, arguments.get());
   AddTraceOptions(app, arguments.get());
   AddSurveyOptions(app, arguments.get());
   AddBoundsOptions(app, &arguments->bounds, 0);
@@ -284,6 +338,7 @@ Command AddBifurcationCommand(CLI::App* program) {
   app->footer(
       "Examples:\n"
       "  wagon bifurcation --set set1 --geometry thesis-equivalent --com printed --from 8 --to 30\n"
+      "  wagon bifurcation --parameter lateral.k --range 3,6 --speed 24 --geometry thesis-equivalent\n"
       "  wagon bifurcation --method trace --legs 15:23:8 --geometry thesis-equivalent\n"
       "  wagon bifurcation --method attractors --speed 24 --attractors 64 --cargo packed\n"
       "  wagon bifurcation --set out/parameters.toml --geometry thesis-equivalent --draws 20   # 95 % bounds\n"

@@ -96,6 +96,10 @@ std::string WithLowAndHigh(const std::string& json, const std::string& key, cons
   return FormatJson(document);
 }
 
+PageBounds MakePageBounds(const std::optional<SetScatter>& scatter, const std::vector<ScalarBounds>& all) {
+  return scatter && !all.empty() ? PageBounds{&*scatter, &all} : PageBounds{};
+}
+
 void WriteBounds(const std::string& title, const SetScatter& scatter, const std::vector<ScalarBounds>& all,
                  FigureWriter* files) {
   const Figure figure = BoundsFigure(title, all);

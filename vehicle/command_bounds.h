@@ -37,6 +37,9 @@ std::string WithKey(const std::string& json, const std::string& key, const Json&
 /// { "low", "high", "shares" } beside the "value" under `key`, if that is an object.
 std::string WithLowAndHigh(const std::string& json, const std::string& key, const ScalarBounds& bounds);
 
+/// The same as a page takes it. A view.
+PageBounds MakePageBounds(const std::optional<SetScatter>& scatter, const std::vector<ScalarBounds>& all);
+
 /// bounds.svg, bounds_draws.csv.
 void WriteBounds(const std::string& title, const SetScatter& scatter, const std::vector<ScalarBounds>& all,
                  FigureWriter* files);

@@ -6,6 +6,7 @@
 
 #include "vehicle/commands.h"
 #include "vehicle/contact_report.h"
+#include "vehicle/page/pages.h"
 
 namespace uiclink {
 namespace {
@@ -49,6 +50,9 @@ int RunContact(const Arguments& arguments) {
   files.Write(names.prefix + "quantities", ContactTableFigure(inputs), false);
   files.Write(names.prefix + "conicity", ConicityFigure(inputs, analysis), true);
   files.WriteText(names.prefix + "result.json", json);
+  files.WriteReport(names.prefix + "report.html", [&](const PageOrigin& origin) {
+    return ComposeContactPage(inputs, analysis, names.prefix, origin);
+  });
   PrintNotices(files.notices());
   Emit(arguments.output, FormatContact(inputs, analysis) + files.Written(), json);
   return files.complete() ? kAllDone : kSomeLeftOut;

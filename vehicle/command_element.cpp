@@ -8,6 +8,7 @@
 
 #include "vehicle/commands.h"
 #include "vehicle/element_report.h"
+#include "vehicle/page/pages.h"
 
 namespace uiclink {
 namespace {
@@ -73,6 +74,8 @@ int RunElement(const Arguments& arguments) {
   for (const ElementSeries& series : report.series) writer.WriteText(series.name + ".csv", FormatCsv(series.columns));
   for (const auto& [name, figure] : report.figures) writer.Write(name, figure, false);
   writer.WriteText("element_" + arguments.bench + ".json", report.json);
+  writer.WriteReport("element_" + arguments.bench + "_report.html",
+                     [&](const PageOrigin& origin) { return ComposeElementPage(report, inputs, origin); });
   PrintNotices(writer.notices());
   Emit(arguments.output, report.text + writer.Written(), report.json);
   return writer.complete() ? kAllDone : kSomeLeftOut;

@@ -5,6 +5,7 @@
 
 #include "vehicle/commands.h"
 #include "vehicle/inertia_report.h"
+#include "vehicle/page/pages.h"
 
 namespace uiclink {
 namespace {
@@ -31,6 +32,8 @@ int RunInertia(const Arguments& arguments) {
   const std::string json = FormatInertiaJson(inputs, freights);
   FigureWriter files(arguments.output);
   files.WriteText("inertia.json", json);
+  files.WriteReport("inertia_report.html",
+                    [&](const PageOrigin& origin) { return ComposeInertiaPage(inputs, freights, origin); });
   Emit(arguments.output, FormatInertiaReport(inputs.data, freights, inputs.choice.inertia) + files.Written(), json);
   return kAllDone;
 }

@@ -1,5 +1,6 @@
 // Options and outputs that commands share.
 
+#include <fmt/chrono.h>
 #include <fmt/format.h>
 #include <unistd.h>
 
@@ -7,6 +8,7 @@
 #include <charconv>
 #include <cmath>
 #include <csignal>
+#include <ctime>
 #include <filesystem>
 #include <iostream>
 #include <map>
@@ -15,6 +17,7 @@
 #include "data/data_path.h"
 #include "data/file.h"
 #include "data/input_error.h"
+#include "reports/escape.h"
 #include "reports/wrap.h"
 #include "vehicle/commands.h"
 #include "vehicle/report_json.h"
@@ -93,6 +96,12 @@ void AddOutputOptions(CLI::App* app, Output* output, const std::string& folder) 
   app->add_option("--json", output->json, "write the result as JSON to FILE; - for standard output, alone there")
       ->type_name("FILE");
   app->add_flag("--quiet,-q", output->quiet, "no tables on standard output");
+  AddReportOption(app, output);
+}
+
+void AddReportOption(CLI::App* app, Output* output) {
+  app->add_flag_callback(
+      "--no-report", [output] { output->report = false; }, "no report as an HTML page among the results");
 }
 
 void AddBodyOptions(CLI::App* app, WagonChoice* choice) {
@@ -224,6 +233,21 @@ void FigureWriter::WriteText(const std::string& name, const std::string& content
   const std::filesystem::path path = std::filesystem::path(output_.folder) / name;
   WriteFileWhole(path, content);
   files_.push_back(path.string());
+}
+
+namespace {
+std::string command_line;
+}
+
+void KeepCommandLine(int argc, const char* const* argv) { command_line = QuoteCommand(argc, argv); }
+
+void FigureWriter::WriteReport(const std::string& name, const std::function<std::string(const PageOrigin&)>& compose) {
+  if (output_.folder.empty() || !output_.report) return;
+  PageOrigin origin{.command = command_line,
+                    .written = fmt::format("{:%Y-%m-%d %H:%M} UTC", fmt::gmtime(std::time(nullptr))),
+                    .files = {}};
+  for (const std::string& file : files_) origin.files.push_back(fs::path(file).filename().string());
+  WriteText(name, compose(origin));
 }
 
 std::string FigureWriter::Written() const {

@@ -6,7 +6,6 @@
 #include <algorithm>
 #include <chrono>
 #include <cmath>
-#include <csignal>
 #include <filesystem>
 #include <memory>
 #include <nlohmann/json.hpp>
@@ -17,6 +16,7 @@
 #include "vehicle/hunting/bounds_report.h"
 #include "vehicle/hunting/hunting_bounds.h"
 #include "vehicle/mat_file.h"
+#include "vehicle/page/pages.h"
 #include "vehicle/report_json.h"
 #include "vehicle/simulation.h"
 #include "vehicle/simulation_report.h"
@@ -41,9 +41,6 @@ struct Arguments {
   bool resume = false;
   BoundsArguments bounds;
 };
-
-volatile std::sig_atomic_t interrupted = 0;
-void OnInterrupt(int) { interrupted = 1; }
 
 /// What a saved run must have in common with the one that goes on from it.
 std::string Identity(const WagonInputs& inputs, const Arguments& arguments) {
@@ -123,7 +120,7 @@ SimulationOptions MakeOptions(const Arguments& arguments, const WagonState& star
   options.integrator.tolerance = arguments.tolerance;
   options.on_progress = [&progress, until = arguments.until](double t) {
     progress.Show(fmt::format("simulating {:.1f} of {:g} s", t, until));
-    return interrupted == 0;
+    return !InterruptGuard::Interrupted();
   };
   return options;
 }
@@ -175,9 +172,10 @@ int RunSimulate(const Arguments& arguments) {
   Checkpoints checkpoints(arguments, wagon, identity);
   SimulationOptions options = MakeOptions(arguments, start.state, progress);
   options.on_checkpoint = [&](const WagonState& state) { checkpoints.Take(state, options.checkpoint_interval); };
-  std::signal(SIGINT, OnInterrupt);  // ends the run, not the program: what was simulated is written
-  const SimulationResult result = Simulate(wagon, arguments.speed, start.state, options);
-  std::signal(SIGINT, SIG_DFL);
+  const SimulationResult result = [&] {
+    const InterruptGuard guard;  // what was simulated is written
+    return Simulate(wagon, arguments.speed, start.state, options);
+  }();
   checkpoints.Write();
   const bool whole = result.end == SimulationEnd::kDuration;
   const std::optional<SetScatter> scatter = whole ? MakeScatter(arguments.bounds, inputs) : std::nullopt;
@@ -196,6 +194,11 @@ int RunSimulate(const Arguments& arguments) {
   FigureWriter files(arguments.output);
   WriteFiles(run, json, &files);
   if (scatter) WriteBounds(fmt::format("{:g} m/s, {}", arguments.speed, inputs.freight.name), *scatter, bounds, &files);
+  files.WriteReport(
+      run.start_s > 0 ? fmt::format("simulation_report_from_{:g}s.html", run.start_s) : "simulation_report.html",
+      [&](const PageOrigin& origin) {
+        return ComposeSimulationPage(run, wagon, MakePageBounds(scatter, bounds), origin);
+      });
   PrintNotices(files.notices());
   if (result.end != SimulationEnd::kDuration) fmt::print(stderr, "wagon: the run ended early: {}\n", result.end_reason);
   Emit(arguments.output, text + files.Written(), json);

@@ -12,6 +12,7 @@
 #include "vehicle/commands.h"
 #include "vehicle/hunting/history_file.h"
 #include "vehicle/hunting/running_spectrum_report.h"
+#include "vehicle/page/pages.h"
 #include "vehicle/report_json.h"
 #include "vehicle/simulation.h"
 #include "vehicle/start_state.h"
@@ -189,6 +190,7 @@ int RunSpectrum(const Arguments& arguments) {
   const std::string json = FormatSpectrumJson(run);
   FigureWriter files(arguments.output);
   WriteFiles(run, json, &files);
+  files.WriteReport("spectrum_report.html", [&](const PageOrigin& origin) { return ComposeSpectrumPage(run, origin); });
   PrintNotices(files.notices());
   if (!run.end_reason.empty()) fmt::print(stderr, "wagon: the run ended early: {}\n", run.end_reason);
   if (run.spectrum.at_rest) PrintNotices({"the wagon is at rest in the window: no lines, no cycles"});

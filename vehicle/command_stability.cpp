@@ -16,6 +16,7 @@
 #include "vehicle/hunting/bounds_report.h"
 #include "vehicle/hunting/hopf.h"
 #include "vehicle/hunting/speed_bounds.h"
+#include "vehicle/page/pages.h"
 #include "vehicle/stability.h"
 #include "vehicle/stability_report.h"
 
@@ -55,6 +56,17 @@ SpeedBounds FindBounds(const Arguments& arguments, const SetScatter& scatter, co
   return CalcSpeedBounds(scatter, wagon, KnownCrossing{critical->V, critical->mode.lambda},
                          {.from = arguments.options.from, .to = std::max(arguments.options.to, 2 * critical->V)},
                          MakePropagateOptions(progress, "critical speeds of the draws"));
+}
+
+/// Modes are those at the critical speed, else at the highest one that was searched.
+void WriteReport(const StabilityRun& run, const Wagon& wagon, const std::optional<SetScatter>& scatter,
+                 const std::optional<SpeedBounds>& bounds, FigureWriter* files) {
+  files->WriteReport("stability_report.html", [&](const PageOrigin& origin) {
+    const double V = run.result.linear_critical_speed.value_or(run.result.searched_to);
+    const std::vector<ScalarBounds> all = bounds ? std::vector{bounds->speed} : std::vector<ScalarBounds>{};
+    return ComposeStabilityPage(run, ChooseShownModes(CalcModes(Linearize(wagon, V))), V, MakePageBounds(scatter, all),
+                                origin);
+  });
 }
 
 int RunStability(const Arguments& arguments) {
@@ -98,6 +110,7 @@ int RunStability(const Arguments& arguments) {
   files.Write("root_locus", RootLocusFigure(run), false);
   if (bounds) WriteBounds("linear critical speed, " + inputs.freight.name, *scatter, {bounds->speed}, &files);
   files.WriteText("stability.json", json);
+  WriteReport(run, wagon, scatter, bounds, &files);
   PrintNotices(files.notices());
   Emit(arguments.output, text + files.Written(), json);
   return files.complete() ? kAllDone : kSomeLeftOut;

@@ -3,7 +3,6 @@
 #include <fmt/format.h>
 
 #include <CLI/CLI.hpp>
-#include <csignal>
 #include <filesystem>
 #include <memory>
 #include <nlohmann/json.hpp>
@@ -14,6 +13,7 @@
 #include "data/input_error.h"
 #include "model/parallel.h"
 #include "vehicle/commands.h"
+#include "vehicle/page/sweep_page.h"
 #include "vehicle/report_json.h"
 #include "vehicle/sweep/mpi_team.h"
 #include "vehicle/sweep/sweep.h"
@@ -32,24 +32,6 @@ struct Arguments {
   bool restart = false;
   int threads = 0;  // 0: all cores; one for each process of mpirun
   Output output;
-};
-
-volatile std::sig_atomic_t interrupted = 0;
-void OnSignal(int) { interrupted = 1; }
-
-/// While it lives, Ctrl-C and a polite kill end the sweep, not the program.
-class SignalGuard {
- public:
-  SignalGuard() {
-    std::signal(SIGINT, OnSignal);
-    std::signal(SIGTERM, OnSignal);
-  }
-  ~SignalGuard() {
-    std::signal(SIGINT, SIG_DFL);
-    std::signal(SIGTERM, SIG_DFL);
-  }
-  SignalGuard(const SignalGuard&) = delete;
-  SignalGuard& operator=(const SignalGuard&) = delete;
 };
 
 fs::path StorePath(const Arguments& arguments) {
@@ -112,6 +94,18 @@ Json CountsToJson(const SweepPlan& plan, const StoreCounts& counts, const fs::pa
   return json;
 }
 
+/// The page beside the store; its name with a blank before it.
+std::string WriteReport(const Arguments& arguments, const SweepPlan& plan, const fs::path& store) {
+  if (!arguments.output.report) return {};
+  Output output = arguments.output;
+  output.folder = store.has_parent_path() ? store.parent_path().string() : ".";
+  const std::string name = store.stem().string() + "_report.html";
+  FigureWriter files(output);
+  files.WriteReport(
+      name, [&](const PageOrigin& origin) { return ComposeSweepPage(plan, arguments.campaign, store, origin); });
+  return " " + (fs::path(output.folder) / name).string();
+}
+
 /// Counts, CSV, exit code.
 int Report(const Arguments& arguments, const SweepPlan& plan, const std::optional<SweepResult>& result) {
   const fs::path store = StorePath(arguments);
@@ -133,6 +127,7 @@ int Report(const Arguments& arguments, const SweepPlan& plan, const std::optiona
     WriteFileWhole(arguments.csv, SweepStore::FormatCsv(store));
     written += " " + arguments.csv;
   }
+  if (counts.total() > 0) written += WriteReport(arguments, plan, store);
   Emit(arguments.output, text + "Written: " + written + "\n", FormatJson(json));
   if (result && result->interrupted) fmt::print(stderr, "wagon: interrupted; resume with the same command\n");
   if (result && result->lost_members > 0)
@@ -150,7 +145,7 @@ int RunRoot(const Arguments& arguments, const SweepPlan& plan, Team* team, Sweep
                               now.done > 0 ? FormatDuration(now.left_s) : "?"));
   };
   const SweepResult result = RunSweep(
-      team, store, [] { return interrupted == 0; }, show);
+      team, store, [] { return !InterruptGuard::Interrupted(); }, show);
   progress.Clear();
   return Report(arguments, plan, result);
 }
@@ -168,7 +163,7 @@ int RunAlone(const Arguments& arguments) {
   if (arguments.list) return List(arguments, plan);
   PrintNotices(plan.notices());
   if (arguments.status) return Report(arguments, plan, {});
-  const SignalGuard signals;
+  const InterruptGuard guard;
   const std::unique_ptr<SweepStore> store = OpenStore(arguments, plan);
   LocalTeam team(plan, CountThreads(arguments.threads));
   return RunRoot(arguments, plan, &team, store.get());
@@ -187,7 +182,7 @@ int RunUnderMpi(const Arguments& arguments) {
   std::unique_ptr<SweepPlan> plan;
   std::unique_ptr<SweepStore> store;
   std::exception_ptr fault;
-  const SignalGuard signals;
+  const InterruptGuard guard;
   try {  // a campaign that cannot be used is told once
     if (root) plan = std::make_unique<SweepPlan>(ReadCampaign(arguments.campaign));
     if (root && !arguments.list && !arguments.status) store = OpenStore(arguments, *plan);
@@ -237,6 +232,7 @@ Command AddSweepCommand(CLI::App* program) {
   app->add_option("--json", arguments->output.json, "write the counts as JSON to FILE; - for standard output")
       ->type_name("FILE");
   app->add_flag("--quiet,-q", arguments->output.quiet, "no table on standard output");
+  AddReportOption(app, &arguments->output);
   app->footer(
       "Examples:\n"
       "  wagon sweep data/campaigns/speeds.toml --list\n"
@@ -244,7 +240,9 @@ Command AddSweepCommand(CLI::App* program) {
       "  mpirun -n 8 wagon sweep data/campaigns/speeds.toml     # --enable-recovery: goes on when a process dies\n"
       "  sqlite3 out/speeds.sqlite \"SELECT cargo, speed, amplitude_front_lateral_mm FROM runs ORDER BY 1, 2\"\n\n"
       "Killed or interrupted at any moment, the same command goes on where it was; more values in the campaign are\n"
-      "more runs. A run that failed is a row with its reason, and the exit code is 1.");
+      "more runs. A process that dies costs its runs in hand, four on each core (kind simulate). A run that failed is "
+      "a\n"
+      "row with its reason, and the exit code is 1.");
   return {app, [arguments] { return StartedByMpi() ? RunUnderMpi(*arguments) : RunAlone(*arguments); }};
 }
 

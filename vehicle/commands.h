@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "reports/figure.h"
+#include "vehicle/page/wagon_book.h"
 #include "vehicle/wagon_inputs.h"
 
 namespace CLI {
@@ -44,12 +45,15 @@ struct Output {
   std::string folder;  ///< of files; empty: none are written
   std::string json;    ///< file for the JSON; "-": standard output, alone there; empty: none
   bool quiet = false;  ///< no tables on standard output
+  bool report = true;  ///< a page beside the files
 
   bool JsonToStdout() const { return json == "-"; }
 };
 
-/// --out, --json, --quiet. @param folder  the default of --out, for help; empty: the command only writes where asked.
+/// --out, --json, --quiet, --no-report. @param folder  the default of --out, for help; empty: the command only writes
+/// where asked.
 void AddOutputOptions(CLI::App* app, Output* output, const std::string& folder);
+void AddReportOption(CLI::App* app, Output* output);  ///< --no-report alone
 
 // What kind of wagon: parts of WagonChoice as options.
 void AddBodyOptions(CLI::App* app, WagonChoice* choice);     ///< --wagon, --cargo, --com, --partitions
@@ -75,6 +79,9 @@ void Emit(const Output& output, const std::string& text, const std::string& json
 /// Notices go to standard error, so that they are seen with --quiet and --json -.
 void PrintNotices(const std::vector<std::string>& notices);
 
+/// What was typed, for reports; Main says so before a command runs.
+void KeepCommandLine(int argc, const char* const* argv);
+
 /// Writes figures and says what was written.
 class FigureWriter {
  public:
@@ -84,6 +91,9 @@ class FigureWriter {
   void Write(const std::string& name, const Figure& figure, bool with_data);
   /// Another file of the folder, whole or not at all.
   void WriteText(const std::string& name, const std::string& content);
+
+  /// The report of a command: folder/name, with links to the files that were written before. Nothing with --no-report.
+  void WriteReport(const std::string& name, const std::function<std::string(const PageOrigin&)>& compose);
 
   /// "Written: out/histories.csv out/histories.svg\n"; empty if nothing was.
   std::string Written() const;

@@ -92,36 +92,7 @@ std::string FormatGeometry(const WagonInputs& inputs) {
                             table.rows.size());
 }
 
-std::string FormatRows(const ContactTable& table) {
-  TextTable text;
-  for (const char* head : {"y\nmm", "rolling radius\nmm", "angle\ndeg", "on wheel\nmm", "on rail\nmm", "a\nmm", "b\nmm",
-                           "approach\num", "normal force\nN", "lift\nmm", "roll\nmrad"})
-    text.AddColumn(head);
-  for (const ContactRow& row : PickRows(table)) {
-    text.AddRow({fmt::format("{:.2f}", 1e3 * row.y), fmt::format("{:.3f}", 1e3 * row.r),
-                 fmt::format("{:.2f}", row.delta / kPerDegree), fmt::format("{:.2f}", 1e3 * row.a_wheel),
-                 fmt::format("{:.2f}", 1e3 * row.a_rail), fmt::format("{:.2f}", 1e3 * row.a_e),
-                 fmt::format("{:.2f}", 1e3 * row.b_e), fmt::format("{:.1f}", 1e6 * row.q0),
-                 fmt::format("{:.0f}", row.n0), fmt::format("{:.3f}", 1e3 * row.z_lift),
-                 fmt::format("{:.3f}", 1e3 * row.phi_roll)});
-  }
-  return text.Format(2);
-}
-
 std::string FormatRatio(double value) { return std::isfinite(value) ? fmt::format("{:.4f}", value) : "-"; }
-
-std::string FormatConicity(const ContactAnalysis& analysis) {
-  TextTable text;
-  text.AddColumn("amplitude\nmm");
-  text.AddColumn("conicity\nthis table");
-  text.AddColumn("first\nharmonic");
-  text.AddColumn("EN 15302\nrigid, no roll");
-  for (const ConicityPoint& point : analysis.conicity) {
-    text.AddRow({fmt::format("{:g}", 1e3 * point.amplitude), FormatRatio(point.equivalent), FormatRatio(point.harmonic),
-                 FormatRatio(point.en15302)});
-  }
-  return text.Format(2);
-}
 
 std::string FormatJumps(const ContactNotes& notes) {
   std::string text;
@@ -233,6 +204,62 @@ FigurePanel PanelOf(const std::string& title, FigureAxis axis, std::vector<Figur
 
 }  // namespace
 
+TextTable MakeContactRowTable(const ContactTable& table) {
+  TextTable text;
+  for (const char* head : {"y\nmm", "rolling radius\nmm", "angle\ndeg", "on wheel\nmm", "on rail\nmm", "a\nmm", "b\nmm",
+                           "approach\num", "normal force\nN", "lift\nmm", "roll\nmrad"})
+    text.AddColumn(head);
+  for (const ContactRow& row : PickRows(table)) {
+    text.AddRow({fmt::format("{:.2f}", 1e3 * row.y), fmt::format("{:.3f}", 1e3 * row.r),
+                 fmt::format("{:.2f}", row.delta / kPerDegree), fmt::format("{:.2f}", 1e3 * row.a_wheel),
+                 fmt::format("{:.2f}", 1e3 * row.a_rail), fmt::format("{:.2f}", 1e3 * row.a_e),
+                 fmt::format("{:.2f}", 1e3 * row.b_e), fmt::format("{:.1f}", 1e6 * row.q0),
+                 fmt::format("{:.0f}", row.n0), fmt::format("{:.3f}", 1e3 * row.z_lift),
+                 fmt::format("{:.3f}", 1e3 * row.phi_roll)});
+  }
+  return text;
+}
+
+TextTable MakeConicityTable(const ContactAnalysis& analysis) {
+  TextTable text;
+  text.AddColumn("amplitude\nmm");
+  text.AddColumn("conicity\nthis table");
+  text.AddColumn("first\nharmonic");
+  text.AddColumn("EN 15302\nrigid, no roll");
+  for (const ConicityPoint& point : analysis.conicity) {
+    text.AddRow({fmt::format("{:g}", 1e3 * point.amplitude), FormatRatio(point.equivalent), FormatRatio(point.harmonic),
+                 FormatRatio(point.en15302)});
+  }
+  return text;
+}
+
+TextTable MakeJumpTable(const ContactNotes& notes) {
+  TextTable table;
+  for (const char* head : {"jump at y\nmm", "on wheel, from\nmm", "to\nmm", "rolling radius by\nmm"})
+    table.AddColumn(head);
+  for (const Jump& jump : notes.jumps)
+    table.AddRow({fmt::format("{:.4f}", 1e3 * jump.y), fmt::format("{:.2f}", 1e3 * jump.before.y_wheel),
+                  fmt::format("{:.2f}", 1e3 * jump.after.y_wheel),
+                  fmt::format("{:+.3f}", 1e3 * (jump.after.r - jump.before.r))});
+  return table;
+}
+
+TextTable MakeTwoPointTable(const WagonInputs& inputs) {
+  TextTable table;
+  for (const char* head : {"y from\nmm", "to\nmm"}) table.AddColumn(head);
+  table.AddColumn("where", TextTable::Align::kLeft);
+  for (const char* head : {"on wheel, first\nmm", "second\nmm", "angle, first\ndeg", "second\ndeg"})
+    table.AddColumn(head);
+  for (const TwoPointRange& range : CollectRanges(inputs)) {
+    const TwoPointContact& two = range.narrowest;
+    table.AddRow({fmt::format("{:.2f}", 1e3 * range.y_from), fmt::format("{:.2f}", 1e3 * range.y_to), NameOf(range),
+                  fmt::format("{:.2f}", 1e3 * two.touching.y_wheel), fmt::format("{:.2f}", 1e3 * two.second.y_wheel),
+                  fmt::format("{:.1f}", two.touching.delta / kPerDegree),
+                  fmt::format("{:.1f}", two.second.delta / kPerDegree)});
+  }
+  return table;
+}
+
 ContactAnalysis AnalyseContact(const WagonInputs& inputs) {
   ContactAnalysis analysis;
   if (inputs.geometry) analysis.rigid_difference = CalcRigidDifference(*inputs.geometry);
@@ -250,8 +277,9 @@ ContactAnalysis AnalyseContact(const WagonInputs& inputs) {
 }
 
 std::string FormatContact(const WagonInputs& inputs, const ContactAnalysis& analysis) {
-  std::string text = FormatGeometry(inputs) + "\nLeft wheel, y > 0 towards its flange:\n" + FormatRows(inputs.table) +
-                     "\nEquivalent conicity:\n" + FormatConicity(analysis) + "\n";
+  std::string text = FormatGeometry(inputs) + "\nLeft wheel, y > 0 towards its flange:\n" +
+                     MakeContactRowTable(inputs.table).Format(2) + "\nEquivalent conicity:\n" +
+                     MakeConicityTable(analysis).Format(2) + "\n";
   if (!inputs.contact_notes) return text;
   text += inputs.geometry->contact == ContactModel::kElastic ? "Elastic contact: the table has no jumps.\n"
                                                              : FormatJumps(*inputs.contact_notes);

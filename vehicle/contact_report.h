@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "reports/figure.h"
+#include "reports/text_table.h"
 #include "vehicle/contact/calc_contact_table.h"
 #include "vehicle/contact/conicity.h"
 #include "vehicle/wagon_inputs.h"
@@ -32,6 +33,12 @@ ContactAnalysis AnalyseContact(const WagonInputs& inputs);
 
 /// For a terminal: a handful of rows, conicity, jumps, two-point contact.
 std::string FormatContact(const WagonInputs& inputs, const ContactAnalysis& analysis);
+/// Tables of it.
+TextTable MakeContactRowTable(const ContactTable& table);
+TextTable MakeConicityTable(const ContactAnalysis& analysis);
+TextTable MakeJumpTable(const ContactNotes& notes);
+/// @param inputs  with contact_notes and geometry.
+TextTable MakeTwoPointTable(const WagonInputs& inputs);
 
 /// Schema "wagon-contact/1". SI units. "rows" are a handful: the whole table is the text file that --out writes.
 ///   { "schema", "version", "inputs",

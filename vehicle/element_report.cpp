@@ -5,6 +5,7 @@
 #include <nlohmann/json.hpp>
 #include <stdexcept>
 
+#include "reports/wrap.h"
 #include "vehicle/element_report_parts.h"
 #include "vehicle/report_json.h"
 
@@ -25,6 +26,13 @@ ElementParts ReportBench(ElementBench bench, const ElementOptions& options) {
       return ReportDryFriction(options);
   }
   throw std::logic_error("MakeElementReport: unknown bench");
+}
+
+std::string FormatText(const ElementParts& parts) {
+  constexpr std::size_t kColumns = 100;
+  std::string text = parts.title + "\n\n" + parts.table.Format(2) + parts.below + "\n";
+  for (const std::string& remark : parts.remarks) text += Paragraph(remark, 0, kColumns);
+  return text;
 }
 
 const std::string& NameOf(ElementBench bench) { return ElementBenches()[static_cast<std::size_t>(bench)].first; }
@@ -62,7 +70,11 @@ ElementReport MakeElementReport(ElementBench bench, const ElementOptions& option
   json["wagon"] = options.wagon.name;
   ElementParts parts = ReportBench(bench, options);
   json["runs"] = parts.runs;
-  return {.text = std::move(parts.text),
+  return {.title = parts.title,
+          .answer = parts.answer,
+          .table = parts.table,
+          .remarks = parts.remarks,
+          .text = FormatText(parts),
           .json = FormatJson(json),
           .series = std::move(parts.series),
           .figures = std::move(parts.figures)};

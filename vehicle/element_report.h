@@ -8,6 +8,7 @@
 #include "model/parameter_set.h"
 #include "reports/csv.h"
 #include "reports/figure.h"
+#include "reports/text_table.h"
 #include "vehicle/element_bench.h"
 #include "vehicle/wagon_data.h"
 #include "vehicle/wagon_inputs.h"
@@ -47,7 +48,11 @@ struct ElementSeries {
 };
 
 struct ElementReport {
-  std::string text;                                     ///< for the terminal
+  std::string title;                                    ///< what was tested
+  std::string answer;                                   ///< what came out, in a sentence or two
+  TextTable table;                                      ///< a row for each run
+  std::vector<std::string> remarks;                     ///< paragraphs about it
+  std::string text;                                     ///< all of these but the answer, for the terminal
   std::string json;                                     ///< schema "wagon-element/1"
   std::vector<ElementSeries> series;                    ///< FormatCsv(series.columns) -> name.csv
   std::vector<std::pair<std::string, Figure>> figures;  ///< RenderSvg(figure) -> name.svg

@@ -1,6 +1,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cctype>
 #include <cmath>
 #include <nlohmann/json.hpp>
 #include <numbers>
@@ -115,17 +116,20 @@ void AddGuidanceRow(const GuidanceCase& c, const GuidanceBenchRun& run, TextTabl
                  fmt::format("{:.1e}", run.plain.energy_error)});
 }
 
+std::string Capital(std::string text) {
+  if (!text.empty()) text[0] = static_cast<char>(std::toupper(static_cast<unsigned char>(text[0])));
+  return text;
+}
+
 std::string GuidanceRemarks(const ElementOptions& options) {
-  return Paragraph(
-      fmt::format(
-          "d: the greatest difference of a second run whose y starts {:g} m further. Relative: its root mean square "
-          "over the last "
-          "fifth of the run over that of the motion; about 1.4 means that the runs have nothing in common. Growth: "
-          "of the difference while it is below a tenth of a clearance. Printed: the forces of chapter 6, where a "
-          "longitudinal contact pushes along x alone whatever its slope. They are no gradient of an energy, so "
-          "energy is not conserved although nothing damps. Conservative: along the gradient.",
-          options.perturbation),
-      0, 100);
+  return fmt::format(
+      "d: the greatest difference of a second run whose y starts {:g} m further. Relative: its root mean square "
+      "over the last "
+      "fifth of the run over that of the motion; about 1.4 means that the runs have nothing in common. Growth: "
+      "of the difference while it is below a tenth of a clearance. Printed: the forces of chapter 6, where a "
+      "longitudinal contact pushes along x alone whatever its slope. They are no gradient of an energy, so "
+      "energy is not conserved although nothing damps. Conservative: along the gradient.",
+      options.perturbation);
 }
 
 // --- dry-friction ---
@@ -157,9 +161,9 @@ Json DryFrictionJson(const ElementOptions& options, const DryFrictionRun& run) {
           {"energy_error", run.energy_error}};
 }
 
-std::string DryFrictionText(const ElementOptions& options, const DryFrictionRun& run) {
+void TellDryFriction(const ElementOptions& options, const DryFrictionRun& run, ElementParts* parts) {
   const Oscillator<double> oscillator = MakeOscillator(run.options.element, run.options.g);
-  TextTable table;
+  TextTable& table = parts->table;
   table.AddColumn("half swing");
   table.AddColumn("time\ns");
   table.AddColumn("extremum\nmm");
@@ -172,8 +176,7 @@ std::string DryFrictionText(const ElementOptions& options, const DryFrictionRun&
                   fmt::format("{:.3f}", 1e3 * run.extremum_y[i]), fmt::format("{:.3f}", 1e3 * (before - after))});
     before = after;
   }
-  const std::string more =
-      shown < run.extremum_y.size() ? fmt::format("  and {} more\n", run.extremum_y.size() - shown) : std::string();
+  if (shown < run.extremum_y.size()) parts->below = fmt::format("  and {} more\n", run.extremum_y.size() - shown);
   const std::string end =
       run.locked
           ? fmt::format(
@@ -182,15 +185,16 @@ std::string DryFrictionText(const ElementOptions& options, const DryFrictionRun&
           : fmt::format("Sliders still slide at the end; the last arc swings {:.3f} mm about {:+.3f} mm.",
                         1e3 * run.amplitude, 1e3 * run.offset);
   const double two_pi = 2 * std::numbers::pi;
-  return fmt::format("Dry-friction element, {} {}, released at {:.1f} mm (figures 8.2 to 8.5)\n\n", options.set.name,
-                     Name(options.direction), 1e3 * run.options.pull) +
-         table.Format(2) + more + "\n" +
-         Paragraph(
-             end + fmt::format(" All sliding {:.3f} Hz, all sticking {:.3f} Hz. Energy and friction work balance to "
-                               "{:.0e} of the start.",
-                               CalcSlidingFrequency(oscillator) / two_pi, CalcRollingFrequency(oscillator) / two_pi,
-                               run.energy_error),
-             0, 100);
+  parts->title = fmt::format("Dry-friction element, {} {}, released at {:.1f} mm (figures 8.2 to 8.5)",
+                             options.set.name, Name(options.direction), 1e3 * run.options.pull);
+  parts->answer = fmt::format(
+      "Pulled out by {:.1f} mm and let go, the {} link of {} turns round {} times in {:g} s. {}",
+      1e3 * run.options.pull, Name(options.direction), options.set.name, run.extremum_y.size(), run.t.back(), end);
+  parts->remarks = {end +
+                    fmt::format(" All sliding {:.3f} Hz, all sticking {:.3f} Hz. Energy and friction work balance to "
+                                "{:.0e} of the start.",
+                                CalcSlidingFrequency(oscillator) / two_pi, CalcRollingFrequency(oscillator) / two_pi,
+                                run.energy_error)};
 }
 
 /// Force of the whole element at the samples, per unit load.
@@ -240,7 +244,7 @@ Figure DryFrictionFigure(const DryFrictionRun& run) {
 
 ElementParts ReportGuidance(const ElementOptions& options) {
   ElementParts parts;
-  TextTable table;
+  TextTable& table = parts.table;
   table.AddColumn("clearances, forces", TextTable::Align::kLeft);
   table.AddColumn("largest dx\nm");
   table.AddColumn("dy\nm");
@@ -256,12 +260,17 @@ ElementParts ReportGuidance(const ElementOptions& options) {
     if (options.duration > 0) bench.duration = options.duration;
     const GuidanceBenchRun run = RunGuidanceBench(bench);
     AddGuidanceRow(c, run, &table);
+    parts.answer +=
+        fmt::format("{}{}: two runs that begin {:g} mm apart are {:.3g} mm apart after {:g} s and {} impacts.",
+                    parts.answer.empty() ? "" : " ", Capital(c.title), 1e3 * options.perturbation,
+                    1e3 * run.largest_difference[1].back(), run.t.back(),
+                    run.plain.impacts_longitudinal + run.plain.impacts_lateral);
     parts.runs.push_back(GuidanceJson(c, run));
     parts.series.push_back(GuidanceColumns(c, run));
     parts.figures.emplace_back("guidance_" + c.name, GuidanceFigure(c, run));
   }
-  parts.text =
-      "Impacts of a free wheelset in its guides (chapter 6)\n\n" + table.Format(2) + "\n" + GuidanceRemarks(options);
+  parts.title = "Impacts of a free wheelset in its guides (chapter 6)";
+  parts.remarks = {GuidanceRemarks(options)};
   return parts;
 }
 
@@ -270,7 +279,7 @@ ElementParts ReportDryFriction(const ElementOptions& options) {
   if (options.duration > 0) bench.duration = options.duration;
   const DryFrictionRun run = RunDryFriction(bench);
   ElementParts parts;
-  parts.text = DryFrictionText(options, run);
+  TellDryFriction(options, run, &parts);
   parts.runs.push_back(DryFrictionJson(options, run));
   ElementSeries series{.name = "dry_friction",
                        .columns = {{"time", "s", run.t}, {"displacement", "m", run.y}, {"velocity", "m/s", run.v}}};

@@ -66,6 +66,10 @@ void AddLeafHarmonic(const ElementOptions& options, const LeafHarmonicRun& run, 
   table->AddRow({fmt::format("{:g}", in.spring.beta), fmt::format("{:.2f}", 1e3 * in.amplitude),
                  fmt::format("{:.1f}", run.steady_loss), fmt::format("{:.1f}", run.envelope_loss),
                  fmt::format("{:.1f}", friction), fmt::format("{:+.1f}", 100 * (run.steady_loss / friction - 1))});
+  parts->answer += fmt::format(
+      "{}Moved by {:.1f} mm to each side, the leaf spring with beta = {:g} mm loses {:.0f} J a "
+      "cycle, dry friction between its leaves would take {:.0f} J.",
+      parts->answer.empty() ? "" : " ", 1e3 * in.amplitude, 1e3 * in.spring.beta, run.steady_loss, friction);
   parts->runs.push_back(Json{{"spring", LeafJson(in.spring)},
                              {"amplitude_m", in.amplitude},
                              {"loss_J", run.loss},
@@ -85,11 +89,18 @@ void AddLeafHarmonic(const ElementOptions& options, const LeafHarmonicRun& run, 
 
 // --- leaf-drop ---
 
+constexpr double kStill = 5e-6;  // a swing that the table shows as 0.00 or 0.01 mm [m]
+
 void AddLeafDrop(const LeafDropRun& run, TextTable* table, Figure* figure, ElementParts* parts) {
   const auto mm = [](double metres) { return fmt::format("{:.2f}", 1e3 * metres); };
   table->AddRow({fmt::format("{:g}", run.options.spring.beta), mm(run.largest), mm(run.s.back()),
                  mm(run.s.back() - run.rest), mm(run.swing), fmt::format("{}", run.rest_crossings),
                  fmt::format("{}", run.reversals)});
+  parts->answer += fmt::format(
+      "{}With beta = {:g} mm the falling load compresses the spring by up to {:.1f} mm and stands at {:.1f} mm after "
+      "{:g} s{}.",
+      parts->answer.empty() ? "" : " ", 1e3 * run.options.spring.beta, 1e3 * run.largest, 1e3 * run.s.back(),
+      run.options.duration, run.swing > kStill ? fmt::format(", still swinging by {:.2f} mm", 1e3 * run.swing) : "");
   parts->runs.push_back(Json{{"spring", LeafJson(run.options.spring)},
                              {"mass_kg", run.options.m},
                              {"rest_m", run.rest},
@@ -143,6 +154,15 @@ void AddParabolic(const ParabolicLoopRun& run, const std::string& name, TextTabl
                  fmt::format("{:.1f}", run.friction_work), fmt::format("{:.1f}", run.loop_loss),
                  fmt::format("{:.0f}", run.damping), fmt::format("{:.0f}", run.damping_of_file),
                  fmt::format("{:+.2f}", 100 * (run.damping_of_file / run.damping - 1))});
+  parts->answer += fmt::format(
+      "{}{}, {:.0f} kg on the spring: dry friction of the leaves takes {:.0f} J a cycle, the damper of the "
+      "wagon's "
+      "file {:.0f} J.",
+      parts->answer.empty() ? "" : " ",
+      name == "empty"    ? "Empty wagon"
+      : name == "loaded" ? "Loaded wagon"
+                         : "Given load",
+      run.options.m, run.friction_work, run.loop_loss_of_file);
   Json json = {{"name", name}};
   json.update(ParabolicJson(run));
   parts->runs.push_back(std::move(json));
@@ -165,7 +185,7 @@ void AddParabolic(const ParabolicLoopRun& run, const std::string& name, TextTabl
 ElementParts ReportLeafHarmonic(const ElementOptions& options) {
   ElementParts parts;
   Figure figure{.title = "leaf spring, moved harmonically (figure 5.8)", .columns = 2, .panel_height = 320};
-  TextTable table;
+  TextTable& table = parts.table;
   table.AddColumn("beta\nm");
   table.AddColumn("amplitude\nmm");
   table.AddColumn("loss per cycle\nJ");
@@ -179,19 +199,17 @@ ElementParts ReportLeafHarmonic(const ElementOptions& options) {
   }
   const LeafSpring& leaf = options.wagon.leaf;
   const double weight = MassOf(options) * options.wagon.g;
-  parts.text =
-      "Leaf spring, moved harmonically about its unloaded length (figure 5.8)\n\n" + table.Format(2) + "\n" +
-      Paragraph(fmt::format("Dry friction: 4 a mu m g, mu = {:g}. A hard spring (small beta) loses what lies "
-                            "between its envelopes, 4 a F_r. Under the load the envelopes are {:.2f} kN from "
-                            "their middle, not F_r = {:.2f} kN: the match holds for the unloaded spring alone.",
-                            options.mu, 1e-3 * (leaf.F_r + leaf.mu0 * weight), 1e-3 * leaf.F_r),
-                0, 100);
+  parts.title = "Leaf spring, moved harmonically about its unloaded length (figure 5.8)";
+  parts.remarks = {
+      fmt::format("Dry friction: 4 a mu m g, mu = {:g}. A hard spring (small beta) loses what lies "
+                  "between its envelopes, 4 a F_r. Under the load the envelopes are {:.2f} kN from "
+                  "their middle, not F_r = {:.2f} kN: the match holds for the unloaded spring alone.",
+                  options.mu, 1e-3 * (leaf.F_r + leaf.mu0 * weight), 1e-3 * leaf.F_r)};
   if (gives_energy)
-    parts.text += Paragraph(
+    parts.remarks.push_back(
         fmt::format("A loss below zero: with beta above F_r/c = {:.1f} mm Fancher's equation gives energy instead of "
                     "losing it; such a spring is no model of friction.",
-                    1e3 * leaf.F_r / leaf.c),
-        0, 100);
+                    1e3 * leaf.F_r / leaf.c));
   parts.figures.emplace_back("leaf_harmonic", std::move(figure));
   return parts;
 }
@@ -199,7 +217,7 @@ ElementParts ReportLeafHarmonic(const ElementOptions& options) {
 ElementParts ReportLeafDrop(const ElementOptions& options) {
   ElementParts parts;
   Figure figure{.title = "leaf spring under a falling load (figure 5.9)", .columns = 2, .panel_height = 260};
-  TextTable table;
+  TextTable& table = parts.table;
   table.AddColumn("beta\nm");
   table.AddColumn("greatest\nmm");
   table.AddColumn("at the end\nmm");
@@ -219,14 +237,13 @@ ElementParts ReportLeafDrop(const ElementOptions& options) {
     rest = run.rest;
     linear = run.rest_crossings_linear;
   }
-  parts.text =
-      fmt::format("Leaf spring under a load of {:.0f} kg that falls from s = 0 (figure 5.9)\n\n", MassOf(options)) +
-      table.Format(2) + "\n" +
-      Paragraph(fmt::format("m g/c = {:.2f} mm, the middle of the envelopes under the load. A hard spring stops "
-                            "where it first turns back and creeps towards the middle with every small swing; a "
-                            "soft one swings about it. The linear spring and damper passes its rest {} times.",
-                            1e3 * rest, linear),
-                0, 100);
+  parts.title =
+      fmt::format("Leaf spring under a load of {:.0f} kg that falls from s = 0 (figure 5.9)", MassOf(options));
+  parts.remarks = {
+      fmt::format("m g/c = {:.2f} mm, the middle of the envelopes under the load. A hard spring stops "
+                  "where it first turns back and creeps towards the middle with every small swing; a "
+                  "soft one swings about it. The linear spring and damper passes its rest {} times.",
+                  1e3 * rest, linear)};
   parts.figures.emplace_back("leaf_drop", std::move(figure));
   return parts;
 }
@@ -235,7 +252,7 @@ ElementParts ReportParabolic(const ElementOptions& options) {
   ElementParts parts;
   Figure figure{
       .title = "parabolic spring, moved harmonically (figures 5.10, 5.11)", .columns = 2, .panel_height = 320};
-  TextTable table;
+  TextTable& table = parts.table;
   table.AddColumn("load", TextTable::Align::kLeft);
   table.AddColumn("compression\nmm");
   table.AddColumn("amplitude\nmm");
@@ -254,14 +271,11 @@ ElementParts ReportParabolic(const ElementOptions& options) {
                                    .frequency = options.frequency}),
                  name, &table, &figure, &parts);
   }
-  parts.text =
-      "Parabolic spring, moved harmonically by half of its static compression (figures 5.10, 5.11)\n\n" +
-      table.Format(2) + "\n" +
-      Paragraph(
-          fmt::format("d makes pi d w a² the work of dry friction, 4 a mu m g, at {:g} Hz and mu = {:g}. The thesis "
-                      "does not say its frequency; 1 Hz gives table 5.1.",
-                      options.frequency, options.mu),
-          0, 100);
+  parts.title = "Parabolic spring, moved harmonically by half of its static compression (figures 5.10, 5.11)";
+  parts.remarks = {
+      fmt::format("d makes pi d w a² the work of dry friction, 4 a mu m g, at {:g} Hz and mu = {:g}. The thesis "
+                  "does not say its frequency; 1 Hz gives table 5.1.",
+                  options.frequency, options.mu)};
   parts.figures.emplace_back("parabolic", std::move(figure));
   return parts;
 }

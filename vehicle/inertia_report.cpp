@@ -44,51 +44,11 @@ double FreightMass(const Freight& freight, const WagonData& wagon) {
 /// Freight that moves the centre of mass off the middle by a millimetre and more.
 bool IsUneven(const BodyInertia& body) { return std::abs(body.x) >= 1e-3 || std::abs(body.y) >= 1e-3; }
 
-std::string FormatParts(const WagonData& wagon, const InertiaOptions& options) {
-  const BodyInertiaTable empty = CalcBodyInertiaTable(wagon, {}, options);
-  TextTable table;
-  table.AddColumn("part", TextTable::Align::kLeft);
-  table.AddColumn("#");
-  table.AddColumn("mass each\nkg");
-  table.AddColumn("total\nkg");
-  table.AddColumn("height\nm");
-  table.AddColumn("roll\nkg m²");
-  table.AddColumn("yaw\nkg m²");
-  const auto number = [](double value, int digits) { return fmt::format("{:.{}f}", value, digits); };
-  for (const PartInertia& part : empty.parts) {
-    table.AddRow({part.name, fmt::format("{}", part.count), number(part.mass / part.count, 0), number(part.mass, 0),
-                  number(part.z, 3), number(part.I_x, 0), number(part.I_z, 0)});
-  }
-  table.AddRule();
-  table.AddRow({"sum", "", "", number(empty.body.m, 0), number(empty.body.h, 3), number(empty.body.I_x, 0),
-                number(empty.body.I_z, 0)});
-  return table.Format(2);
-}
-
 void AddFreightRow(const WagonData& wagon, const Freight& freight, const InertiaOptions& options,
                    const std::string& label, TextTable* table) {
   const BodyInertia body = CalcBodyInertia(wagon, freight, options);
   table->AddRow({label, fmt::format("{:.0f}", body.m), fmt::format("{:.3f}", body.h), fmt::format("{:.0f}", body.I_x),
                  fmt::format("{:.0f}", body.I_z)});
-}
-
-std::string FormatFreightTable(const WagonData& wagon, std::span<const Freight> freights,
-                               const InertiaOptions& options) {
-  TextTable table;
-  table.AddColumn("freight", TextTable::Align::kLeft);
-  table.AddColumn("mass\nkg");
-  table.AddColumn("height of c.o.m.\nm");
-  table.AddColumn("roll\nkg m²");
-  table.AddColumn("yaw\nkg m²");
-  for (const Freight& freight : freights) {
-    AddFreightRow(wagon, freight, options, freight.name, &table);
-    const PublishedInertia* published = FindPublished(freight.name);
-    if (published == nullptr) continue;
-    AddFreightRow(wagon, freight, InertiaOptions::Printed(), "  as appendix G calculates", &table);
-    table.AddRow({"  table 7.3", "", fmt::format("{:.3f}", published->h), fmt::format("{:.0f}", published->I_x),
-                  fmt::format("{:.0f}", published->I_z)});
-  }
-  return table.Format(2);
 }
 
 std::string FormatUneven(const WagonData& wagon, const Freight& freight, const InertiaOptions& options) {
@@ -116,18 +76,6 @@ std::string FormatNotices(const WagonData& wagon, std::span<const Freight> freig
       text += fmt::format("{}: {}.\n", freight.name, notice);
   }
   return text.empty() ? text : "\n" + text;
-}
-
-std::string DescribeOptions(const InertiaOptions& options) {
-  std::string text =
-      options.com == CentreOfMass::kPrinted
-          ? "Centre of mass as printed: appendix G weights the sliding panels with the partitions' mass. "
-          : "Centre of mass corrected: the sliding panels have their own mass, not the partitions'. ";
-  text += options.partitions == Partitions::kAtEnds ? "Partitions at the ends, as in appendix G"
-                                                    : "Partitions spread evenly along the wagon";
-  text += options.printed_yaw_slip ? "; centre column's struts twice and posts not at all in yaw, as printed there."
-                                   : "; centre column whole.";
-  return text;
 }
 
 Json PartsJson(const WagonData& wagon, const InertiaOptions& options) {
@@ -168,12 +116,63 @@ Json FreightJson(const WagonData& wagon, const Freight& freight, const InertiaOp
 
 }  // namespace
 
+std::string DescribeInertiaOptions(const InertiaOptions& options) {
+  std::string text =
+      options.com == CentreOfMass::kPrinted
+          ? "Centre of mass as printed: appendix G weights the sliding panels with the partitions' mass. "
+          : "Centre of mass corrected: the sliding panels have their own mass, not the partitions'. ";
+  text += options.partitions == Partitions::kAtEnds ? "Partitions at the ends, as in appendix G"
+                                                    : "Partitions spread evenly along the wagon";
+  text += options.printed_yaw_slip ? "; centre column's struts twice and posts not at all in yaw, as printed there."
+                                   : "; centre column whole.";
+  return text;
+}
+
+TextTable MakePartTable(const WagonData& wagon, const InertiaOptions& options) {
+  const BodyInertiaTable empty = CalcBodyInertiaTable(wagon, {}, options);
+  TextTable table;
+  table.AddColumn("part", TextTable::Align::kLeft);
+  table.AddColumn("#");
+  table.AddColumn("mass each\nkg");
+  table.AddColumn("total\nkg");
+  table.AddColumn("height\nm");
+  table.AddColumn("roll\nkg m²");
+  table.AddColumn("yaw\nkg m²");
+  const auto number = [](double value, int digits) { return fmt::format("{:.{}f}", value, digits); };
+  for (const PartInertia& part : empty.parts) {
+    table.AddRow({part.name, fmt::format("{}", part.count), number(part.mass / part.count, 0), number(part.mass, 0),
+                  number(part.z, 3), number(part.I_x, 0), number(part.I_z, 0)});
+  }
+  table.AddRule();
+  table.AddRow({"sum", "", "", number(empty.body.m, 0), number(empty.body.h, 3), number(empty.body.I_x, 0),
+                number(empty.body.I_z, 0)});
+  return table;
+}
+
+TextTable MakeFreightTable(const WagonData& wagon, std::span<const Freight> freights, const InertiaOptions& options) {
+  TextTable table;
+  table.AddColumn("freight", TextTable::Align::kLeft);
+  table.AddColumn("mass\nkg");
+  table.AddColumn("height of c.o.m.\nm");
+  table.AddColumn("roll\nkg m²");
+  table.AddColumn("yaw\nkg m²");
+  for (const Freight& freight : freights) {
+    AddFreightRow(wagon, freight, options, freight.name, &table);
+    const PublishedInertia* published = FindPublished(freight.name);
+    if (published == nullptr) continue;
+    AddFreightRow(wagon, freight, InertiaOptions::Printed(), "  as appendix G calculates", &table);
+    table.AddRow({"  table 7.3", "", fmt::format("{:.3f}", published->h), fmt::format("{:.0f}", published->I_x),
+                  fmt::format("{:.0f}", published->I_z)});
+  }
+  return table;
+}
+
 std::string FormatInertiaReport(const WagonData& wagon, std::span<const Freight> freights,
                                 const InertiaOptions& options) {
   CheckFreights(freights);
-  return fmt::format("{}, car body without freight\n\n", wagon.name) + FormatParts(wagon, options) + "\n" +
-         Paragraph(DescribeOptions(options), 0, 100) + "\nWith freight\n\n" +
-         FormatFreightTable(wagon, freights, options) + FormatNotices(wagon, freights, options);
+  return fmt::format("{}, car body without freight\n\n", wagon.name) + MakePartTable(wagon, options).Format(2) + "\n" +
+         Paragraph(DescribeInertiaOptions(options), 0, 100) + "\nWith freight\n\n" +
+         MakeFreightTable(wagon, freights, options).Format(2) + FormatNotices(wagon, freights, options);
 }
 
 std::string FormatInertiaJson(const WagonInputs& inputs, std::span<const Freight> freights) {

@@ -3,6 +3,7 @@
 #include <span>
 #include <string>
 
+#include "reports/text_table.h"
 #include "vehicle/freight.h"
 #include "vehicle/inertia.h"
 #include "vehicle/wagon_data.h"
@@ -16,6 +17,11 @@ namespace uiclink {
 /// @throws std::invalid_argument when the wagon has no parts or there is no freight (an empty wagon is one, too).
 std::string FormatInertiaReport(const WagonData& wagon, std::span<const Freight> freights,
                                 const InertiaOptions& options = {});
+/// Tables of it: parts of the empty body, and the body with each freight.
+TextTable MakePartTable(const WagonData& wagon, const InertiaOptions& options);
+TextTable MakeFreightTable(const WagonData& wagon, std::span<const Freight> freights, const InertiaOptions& options);
+/// What has to be said about the centre of mass, the partitions and uneven freight.
+std::string DescribeInertiaOptions(const InertiaOptions& options);
 
 /// The same as JSON, schema "wagon-inertia/1". SI units.
 ///   { "schema", "version", "inputs", "wagon", "com": "printed"|"corrected", "partitions": "at-ends"|"spread",

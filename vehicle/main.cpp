@@ -46,6 +46,7 @@ int Main(int argc, char** argv) {
   for (const Command& command : commands) TidyHelp(command.app);
   try {
     CheckCommand(argc, argv, commands);
+    KeepCommandLine(argc, argv);
     program.parse(argc, argv);
     for (const Command& command : commands) {
       if (command.app->parsed()) return command.run();

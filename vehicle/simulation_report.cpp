@@ -109,45 +109,6 @@ void AddGuidance(const SimulationResult& result, Json* json) {
 
 // --- text ----------------------------------------------------------------------------------------------------------
 
-std::string MotionTable(const SimulationResult& result) {
-  TextTable table;
-  table.AddColumn("motion", TextTable::Align::kLeft);
-  table.AddColumn("amplitude");
-  table.AddColumn("mean");
-  table.AddColumn("unit", TextTable::Align::kLeft);
-  table.AddColumn("frequencies [Hz]", TextTable::Align::kLeft);
-  for (const TrackedMotion motion : kAllMotions) {
-    const MotionFigures& figures = result.motions[IndexOf(motion)];
-    std::string frequencies;
-    for (const double f : figures.frequencies)
-      frequencies += fmt::format("{}{:.3f}", frequencies.empty() ? "" : ", ", f);
-    std::string name = kMotionNames[IndexOf(motion)];
-    std::ranges::replace(name, '_', ' ');
-    table.AddRow({name, fmt::format("{:.4f}", 1e3 * figures.amplitude), fmt::format("{:+.4f}", 1e3 * figures.mean),
-                  IsAngle(motion) ? "mrad" : "mm", frequencies});
-  }
-  return table.Format();
-}
-
-std::string GuidanceTable(const SimulationRun& run) {
-  TextTable table;
-  table.AddColumn("axle box against guide", TextTable::Align::kLeft);
-  table.AddColumn("clearance\n[mm]");
-  table.AddColumn("used\n[mm]");
-  table.AddColumn("impacts");
-  table.AddColumn("peak\n[kN]");
-  const Guidance& guidance = run.inputs.data.guidance;
-  ForEachGuidance(run.result, [&](const std::string& key, const GuidanceUse& use) {
-    std::string name = key;
-    std::ranges::replace(name, '_', ' ');
-    const double clearance = (key.ends_with("lateral") ? guidance.lateral : guidance.longitudinal).clearance;
-    table.AddRow({name, fmt::format("{:.1f}", 1e3 * clearance), fmt::format("{:.3f}", 1e3 * use.clearance_used),
-                  std::to_string(use.impacts.count),
-                  use.impacts.count > 0 ? fmt::format("{:.2f}", 1e-3 * use.impacts.peak_N) : "-"});
-  });
-  return table.Format();
-}
-
 // --- histories -----------------------------------------------------------------------------------------------------
 
 /// A column of what `of` gives of every sample.
@@ -237,6 +198,45 @@ FigurePanel From(const FigurePanel& panel, double from) {
 
 }  // namespace
 
+TextTable MakeMotionTable(const SimulationResult& result) {
+  TextTable table;
+  table.AddColumn("motion", TextTable::Align::kLeft);
+  table.AddColumn("amplitude");
+  table.AddColumn("mean");
+  table.AddColumn("unit", TextTable::Align::kLeft);
+  table.AddColumn("frequencies [Hz]", TextTable::Align::kLeft);
+  for (const TrackedMotion motion : kAllMotions) {
+    const MotionFigures& figures = result.motions[IndexOf(motion)];
+    std::string frequencies;
+    for (const double f : figures.frequencies)
+      frequencies += fmt::format("{}{:.3f}", frequencies.empty() ? "" : ", ", f);
+    std::string name = kMotionNames[IndexOf(motion)];
+    std::ranges::replace(name, '_', ' ');
+    table.AddRow({name, fmt::format("{:.4f}", 1e3 * figures.amplitude), fmt::format("{:+.4f}", 1e3 * figures.mean),
+                  IsAngle(motion) ? "mrad" : "mm", frequencies});
+  }
+  return table;
+}
+
+TextTable MakeGuidanceTable(const SimulationRun& run) {
+  TextTable table;
+  table.AddColumn("axle box against guide", TextTable::Align::kLeft);
+  table.AddColumn("clearance\n[mm]");
+  table.AddColumn("used\n[mm]");
+  table.AddColumn("impacts");
+  table.AddColumn("peak\n[kN]");
+  const Guidance& guidance = run.inputs.data.guidance;
+  ForEachGuidance(run.result, [&](const std::string& key, const GuidanceUse& use) {
+    std::string name = key;
+    std::ranges::replace(name, '_', ' ');
+    const double clearance = (key.ends_with("lateral") ? guidance.lateral : guidance.longitudinal).clearance;
+    table.AddRow({name, fmt::format("{:.1f}", 1e3 * clearance), fmt::format("{:.3f}", 1e3 * use.clearance_used),
+                  std::to_string(use.impacts.count),
+                  use.impacts.count > 0 ? fmt::format("{:.2f}", 1e-3 * use.impacts.peak_N) : "-"});
+  });
+  return table;
+}
+
 std::string FormatSimulationJson(const SimulationRun& run) {
   const SimulationResult& result = run.result;
   Json json = BeginResult("simulate", run.inputs);
@@ -271,8 +271,9 @@ std::string FormatSimulation(const SimulationRun& run) {
                                  inputs.freight.name, inputs.table.name, run.start);
   text += FormatSets(inputs);
   const double window = std::min(run.window, result.simulated);
-  text += fmt::format("\nThe last {:.4g} s of {:.4g} s:\n\n", window, result.simulated) + MotionTable(result);
-  text += "\n" + GuidanceTable(run);
+  text +=
+      fmt::format("\nThe last {:.4g} s of {:.4g} s:\n\n", window, result.simulated) + MakeMotionTable(result).Format();
+  text += "\n" + MakeGuidanceTable(run).Format();
   if (!inputs.choice.options.guidance) text += "(the guides are taken away: --no-guidance)\n";
   std::string corner = kCornerNames[result.minimum_wheel_corner];
   std::ranges::replace(corner, '_', ' ');

@@ -5,6 +5,7 @@
 
 #include "reports/csv.h"
 #include "reports/figure.h"
+#include "reports/text_table.h"
 #include "vehicle/simulation.h"
 #include "vehicle/wagon_inputs.h"
 
@@ -22,8 +23,10 @@ struct SimulationRun {
 /// Schema "wagon-simulate/1".
 std::string FormatSimulationJson(const SimulationRun& run);
 
-/// Summary for a terminal.
+/// Summary for a terminal, and its tables: the motions in the window, and what the clearances were used for.
 std::string FormatSimulation(const SimulationRun& run);
+TextTable MakeMotionTable(const SimulationResult& result);
+TextTable MakeGuidanceTable(const SimulationRun& run);
 
 /// Time, every motion and, where the result has them, forces; SI units. One row for each sample.
 std::vector<DataColumn> HistoryColumns(const SimulationRun& run);

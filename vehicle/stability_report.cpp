@@ -77,13 +77,6 @@ Json CrossingToJson(const Crossing& crossing, const CrossingType& type) {
 
 double Frequency(const std::complex<double>& root) { return root.imag() / (2 * std::numbers::pi); }
 
-/// Hunting and the body's swaying on its springs; Hertz contact and creep are 100 times as fast.
-bool IsSlow(const std::complex<double>& root) {
-  constexpr double kFastest = 40;   // [rad/s]
-  constexpr double kDampest = -30;  // [1/s]
-  return root.imag() >= 0 && root.imag() < kFastest && root.real() > kDampest;
-}
-
 /// Points of the figure: what a slow eigenvalue is at each speed.
 FigureSeries SlowRoots(const StabilityRun& run, const std::string& name, bool unstable,
                        double (*x)(double V, std::complex<double> root), double (*y)(std::complex<double> root)) {
@@ -93,7 +86,7 @@ FigureSeries SlowRoots(const StabilityRun& run, const std::string& name, bool un
                       .colour = unstable ? FigureColour::kVermilion : FigureColour::kBlue};
   for (const RootsAtSpeed& at : run.roots) {
     for (const std::complex<double>& root : at.roots) {
-      if (!IsSlow(root) || (root.real() > 0) != unstable) continue;
+      if (!IsSlowRoot(root) || (root.real() > 0) != unstable) continue;
       series.x.push_back(x(at.V, root));
       series.y.push_back(y(root));
     }
@@ -102,6 +95,12 @@ FigureSeries SlowRoots(const StabilityRun& run, const std::string& name, bool un
 }
 
 }  // namespace
+
+bool IsSlowRoot(const std::complex<double>& root) {
+  constexpr double kFastest = 40;   // [rad/s]
+  constexpr double kDampest = -30;  // [1/s]
+  return root.imag() >= 0 && root.imag() < kFastest && root.real() > kDampest;
+}
 
 std::string FormatStabilityJson(const StabilityRun& run) {
   Json json = BeginResult("stability", run.inputs);
@@ -137,6 +136,21 @@ std::string FormatCrossingType(const CrossingType& type) {
   return text;
 }
 
+TextTable MakeCrossingTable(const StabilityRun& run) {
+  TextTable table;
+  table.AddColumn("crossing at\n[m/s]");
+  table.AddColumn("frequency\n[Hz]");
+  table.AddColumn("becomes", TextTable::Align::kLeft);
+  table.AddColumn("type", TextTable::Align::kLeft);
+  for (std::size_t i = 0; i < run.result.crossings.size(); ++i) {
+    const Crossing& crossing = run.result.crossings[i];
+    const std::string type = TypeOf(run, i).type;
+    table.AddRow({fmt::format("{:.6f}", crossing.V), fmt::format("{:.4f}", crossing.frequency_hz),
+                  crossing.to_unstable ? "unstable" : "stable", type.empty() ? "-" : type});
+  }
+  return table;
+}
+
 std::string FormatStability(const StabilityRun& run) {
   const StabilityResult& result = run.result;
   std::string text =
@@ -154,20 +168,7 @@ std::string FormatStability(const StabilityRun& run) {
   } else {
     text += fmt::format("Stable from {:g} to {:g} m/s.\n", run.options.from, result.searched_to);
   }
-  if (!result.crossings.empty()) {
-    TextTable table;
-    table.AddColumn("crossing at\n[m/s]");
-    table.AddColumn("frequency\n[Hz]");
-    table.AddColumn("becomes", TextTable::Align::kLeft);
-    table.AddColumn("type", TextTable::Align::kLeft);
-    for (std::size_t i = 0; i < result.crossings.size(); ++i) {
-      const Crossing& crossing = result.crossings[i];
-      const std::string type = TypeOf(run, i).type;
-      table.AddRow({fmt::format("{:.6f}", crossing.V), fmt::format("{:.4f}", crossing.frequency_hz),
-                    crossing.to_unstable ? "unstable" : "stable", type.empty() ? "-" : type});
-    }
-    text += "\n" + table.Format();
-  }
+  if (!result.crossings.empty()) text += "\n" + MakeCrossingTable(run).Format();
   text += fmt::format("\nAll joints stick: {} structural zero eigenvalues are left out. {:.2g} s of computing.\n",
                       result.structural_zeros, run.wall_s);
   return text;

@@ -6,6 +6,7 @@
 
 #include "reports/csv.h"
 #include "reports/figure.h"
+#include "reports/text_table.h"
 #include "vehicle/stability.h"
 #include "vehicle/wagon_inputs.h"
 
@@ -44,6 +45,7 @@ std::string FormatStabilityJson(const StabilityRun& run);
 
 /// Summary for a terminal.
 std::string FormatStability(const StabilityRun& run);
+TextTable MakeCrossingTable(const StabilityRun& run);
 
 /// Speed, real and imaginary part of each eigenvalue with imaginary part >= 0, a row each.
 std::vector<DataColumn> RootColumns(const StabilityRun& run);
@@ -51,5 +53,15 @@ std::vector<DataColumn> RootColumns(const StabilityRun& run);
 /// The slow eigenvalues (those that can make the wagon hunt): real part and frequency against speed, and their path in
 /// the complex plane.
 Figure RootLocusFigure(const StabilityRun& run);
+
+/// Hunting and the body's swaying on its springs; Hertz contact and creep are 100 times as fast.
+bool IsSlowRoot(const std::complex<double>& root);
+/// Of the slow modes among `modes`, those with the least damping first, at most eight. Equal eigenvalues
+/// are shown once.
+std::vector<LinearMode> ChooseShownModes(const std::vector<LinearMode>& modes);
+/// Frequency, damping, and of each motion its amplitude, relative to the largest, with its phase.
+TextTable MakeModeTable(const std::vector<LinearMode>& modes);
+/// Their shapes seen from above: now, and a quarter of a period later.
+Figure ModeFigure(const StabilityRun& run, const std::vector<LinearMode>& modes, double V);
 
 }  // namespace uiclink

@@ -52,8 +52,8 @@ TEST_F(WagonProgram, BifurcationByContinuationHasItsFilesAndTheKeysOfItsSchema) 
   }
   EXPECT_TRUE(json["folds"].is_array());
   EXPECT_TRUE(json["events"].is_array());
-  EXPECT_THAT(List("out"),
-              ElementsAre("bifurcation.csv", "bifurcation.json", "bifurcation.svg", "multipliers.svg", "trace.csv"));
+  EXPECT_THAT(List("out"), ElementsAre("bifurcation.csv", "bifurcation.json", "bifurcation.svg",
+                                       "bifurcation_report.html", "multipliers.svg", "trace.csv"));
 }
 
 TEST_F(WagonProgram, BifurcationByTraceSaysWhatItDid) {
@@ -61,7 +61,7 @@ TEST_F(WagonProgram, BifurcationByTraceSaysWhatItDid) {
   EXPECT_EQ(result.exit_code, 0) << result.err;
   EXPECT_EQ(result.err, "");
   EXPECT_THAT(result.out, HasSubstr("4 s at every speed, the last 3 s count; 7 speeds in "));
-  EXPECT_THAT(List("out"), ElementsAre("bifurcation.json", "bifurcation.svg", "trace.csv"));
+  EXPECT_THAT(List("out"), ElementsAre("bifurcation.json", "bifurcation.svg", "bifurcation_report.html", "trace.csv"));
   const std::string csv = Read("out/trace.csv");
   EXPECT_EQ(std::ranges::count(csv, '\n'), 8);
   EXPECT_THAT(csv, StartsWith("leg,speed_m_per_s,front_lateral_amplitude_mm,front_lateral_largest_mm,"));
@@ -115,7 +115,31 @@ TEST_F(WagonProgram, BifurcationListsAttractors) {
   double share = 0;
   for (const Json& attractor : json["survey"]["attractors"]) share += attractor["share"].get<double>();
   EXPECT_NEAR(share, 1, 1e-12);
-  EXPECT_THAT(List("out"), ElementsAre("attractors.csv", "bifurcation.json"));
+  EXPECT_THAT(List("out"), ElementsAre("attractors.csv", "bifurcation.json", "bifurcation_report.html"));
+}
+
+TEST_F(WagonProgram, BifurcationInAParameterHasItsNameAndUnitEverywhere) {
+  // Four points do not reach the ends of the range: code 1.
+  const Json json = RunJson({"bifurcation", "--geometry", "thesis-equivalent", "--com", "printed", "--parameter",
+                             "lateral.k", "--range", "4,4.4", "--speed", "14", "--settle", "10", "--max-points", "4"},
+                            1);
+  EXPECT_EQ(json["schema"], "wagon-bifurcation/1");
+  EXPECT_EQ(json["parameter"], Json({{"name", "lateral.k"}, {"unit", "1/m"}, {"own_value", 4.201}, {"speed", 14}}));
+  EXPECT_TRUE(json["linear_critical_speed"].is_null());
+  EXPECT_EQ(json["equilibrium"], Json::array({Json({{"from", 4}, {"to", 4.4}, {"unstable", 0}})}));
+  ASSERT_FALSE(json["branches"].empty());
+  for (const Json& branch : json["branches"]) {
+    for (const Json& point : branch["points"]) {
+      EXPECT_EQ(point["speed"], 14);
+      EXPECT_GE(point["value"], 4);
+      EXPECT_LE(point["value"], 4.4);
+      EXPECT_LT(point["trivial_error"], 1e-3);  // as above
+    }
+  }
+  EXPECT_THAT(List("out"), ElementsAre("bifurcation.csv", "bifurcation.json", "bifurcation.svg",
+                                       "bifurcation_report.html", "multipliers.svg"));
+  EXPECT_THAT(Read("out/bifurcation.csv"), StartsWith("branch,speed_m_per_s,lateral_k_per_m,period_s,"));
+  EXPECT_THAT(Read("out/bifurcation.svg"), HasSubstr("lateral.k [1/m]"));
 }
 
 struct Misuse {
@@ -142,8 +166,25 @@ INSTANTIATE_TEST_SUITE_P(
         {"StepOfZero", {"--method", "trace", "--step", "0"}, "--step: expected a number from 0.0001 to 100 m/s"},
         {"SpeedOfZero", {"--method", "attractors", "--speed", "0"}, "--speed: expected a number from 0.01 to 300 m/s"},
         {"UnknownMethod", {"--method", "guess"}, "--method"},
+        {"ParameterWithoutSpeed",
+         {"--parameter", "lateral.k", "--range", "3,6"},
+         "--parameter: expected --speed V beside it"},
+        {"ParameterWithoutRange", {"--parameter", "lateral.k", "--speed", "14"}, "expected --range LOW,HIGH beside it"},
+        {"RangeWithoutParameter", {"--range", "3,6"}, "--range: expected --parameter NAME beside it"},
+        {"RangeWithWords",
+         {"--parameter", "friction", "--speed", "14", "--range", "0.1,much"},
+         "--range: expected two numbers LOW,HIGH with LOW < HIGH, found \"0.1,much\""},
+        {"UnknownParameter",
+         {"--parameter", "lateral.k9", "--speed", "14", "--range", "1,2"},
+         "--parameter lateral.k9: expected one of lateral.k, lateral.k1, "},
+        {"ParameterOfContact",
+         {"--parameter", "gauge_mm", "--speed", "14", "--range", "1430,1440"},
+         "--parameter gauge_mm: it acts through the contact table"},
+        {"ParameterTraced",
+         {"--parameter", "friction", "--speed", "14", "--range", "0.1,0.4", "--method", "trace"},
+         "--parameter: expected --method continuation beside it"},
         {"NoSpeed", {"--method", "attractors"}, "--method attractors: expected --speed V beside it"},
-        {"SpeedWithoutAttractors", {"--speed", "20"}, "--speed: expected --method attractors beside it"},
+        {"SpeedWithoutAttractors", {"--speed", "20"}, "--speed: expected --method attractors or --parameter beside it"},
         {"StartsWithoutAttractors", {"--attractors", "3"}, "--attractors: expected --method attractors beside it"},
         {"LegsWithoutTrace", {"--legs", "15:23"}, "--legs: expected --method trace or both beside it"},
         {"LegsWithWords", {"--method", "trace", "--legs", "15:up"}, "--legs: expected speeds from 0.01 to 300 m/s"},

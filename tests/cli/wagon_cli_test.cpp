@@ -19,7 +19,8 @@ using testing::IsEmpty;
 using testing::Not;
 using testing::StartsWith;
 
-const std::vector<std::string> kCommands{"simulate", "stability", "bifurcation", "spectrum", "contact", "inertia", "element", "sweep", "reproduce"};
+const std::vector<std::string> kCommands{"simulate", "stability", "bifurcation", "spectrum", "contact",
+                                         "inertia",  "element",   "sweep",       "reproduce"};
 
 // ---------------------------------------------------------------- options that end at once
 
@@ -87,9 +88,7 @@ INSTANTIATE_TEST_SUITE_P(
     WagonProgram, EveryMisuseOfWagon,
     testing::ValuesIn(std::vector<Misuse>{
         {"NoCommand", {}, "subcommand is required"},
-        {"UnknownCommand",
-         {"simulat"},
-         ", found \"simulat\"\n"},
+        {"UnknownCommand", {"simulat"}, ", found \"simulat\"\n"},
         {"UnknownOption", {"simulate", "--speeed", "20"}, "--speeed"},
         {"SpeedBelowZero", {"simulate", "--speed", "-1"}, "--speed"},
         {"SpeedNoNumber", {"simulate", "--speed", "fast"}, "--speed"},
@@ -210,8 +209,9 @@ TEST_F(WagonProgram, StabilityWritesItsFilesAndSaysWhatItFound) {
   const ProgramResult result = Run({"stability", "--from", "5", "--to", "8", "--step", "1"});
   EXPECT_EQ(result.exit_code, 0) << result.err;
   EXPECT_EQ(result.err, "");
-  EXPECT_THAT(List("out"), ElementsAre("eigenvalues.csv", "root_locus.svg", "stability.json"));
-  EXPECT_THAT(result.out, HasSubstr("Written: out/eigenvalues.csv out/root_locus.svg out/stability.json\n"));
+  EXPECT_THAT(List("out"), ElementsAre("eigenvalues.csv", "root_locus.svg", "stability.json", "stability_report.html"));
+  EXPECT_THAT(result.out, HasSubstr("Written: out/eigenvalues.csv out/root_locus.svg out/stability.json "
+                                    "out/stability_report.html\n"));
   const Json json = Json::parse(Read("out/stability.json"));
   EXPECT_EQ(json["schema"], "wagon-stability/1");
   for (const char* key :
@@ -248,7 +248,8 @@ TEST_F(WagonProgram, SimulateHasAllKeysOfItsSchema) {
   EXPECT_TRUE(json["frequency_hz"]["front_longitudinal"].is_array());
   EXPECT_EQ(json["simulated_s"], 2.0);
   EXPECT_EQ(json["wheel_lift"], false);
-  EXPECT_THAT(List("out"), ElementsAre("histories.csv", "histories.mat", "histories.svg", "simulation.json"));
+  EXPECT_THAT(List("out"), ElementsAre("histories.csv", "histories.mat", "histories.svg", "simulation.json",
+                                       "simulation_report.html"));
   EXPECT_EQ(Json::parse(Read("out/simulation.json"))["amplitude_mm"], json["amplitude_mm"]);
 }
 
@@ -268,7 +269,7 @@ TEST_F(WagonProgram, HistoriesHaveARowForEverySampleAndUnitsInTheirHead) {
                               HasSubstr(",body_phi_rad,"), HasSubstr(",front_left_wheel_load_N,")));
   EXPECT_THAT(lines[1], StartsWith("0,"));
   EXPECT_THAT(lines.back(), StartsWith("2,"));
-  Run(With(kShortRun, {"--output-rate", "0", "--out", "bare"}));
+  Run(With(kShortRun, {"--output-rate", "0", "--out", "bare", "--no-report"}));
   EXPECT_THAT(List("bare"), ElementsAre("simulation.json"));
 }
 
@@ -285,9 +286,10 @@ TEST_F(WagonProgram, ARunThatIsResumedGoesOnBitByBit) {
   for (const auto& [motion, amplitude] : whole["amplitude_mm"].items())
     EXPECT_NEAR(rest["amplitude_mm"][motion].get<double>(), amplitude.get<double>(), 1e-12 * amplitude.get<double>())
         << motion;
-  EXPECT_THAT(List("parts"), ElementsAre("histories.csv", "histories.mat", "histories.svg", "histories_from_2s.csv",
-                                         "histories_from_2s.mat", "histories_from_2s.svg", "simulation.json",
-                                         "simulation_from_2s.json"));
+  EXPECT_THAT(List("parts"),
+              ElementsAre("histories.csv", "histories.mat", "histories.svg", "histories_from_2s.csv",
+                          "histories_from_2s.mat", "histories_from_2s.svg", "simulation.json",
+                          "simulation_from_2s.json", "simulation_report.html", "simulation_report_from_2s.html"));
   // The last sample: every motion and force to the last bit.
   EXPECT_EQ(Lines(Read("parts/histories_from_2s.csv")).back(), Lines(Read("whole/histories.csv")).back());
 }
@@ -319,7 +321,7 @@ TEST_F(WagonProgram, WithoutGnuplotPicturesAreLeftOutWithANotice) {
   EXPECT_EQ(result.err,
             "note: root_locus.svg is left out: the figure cannot be drawn: gnuplot is not installed (Debian package "
             "gnuplot-nox)\n");
-  EXPECT_THAT(List("out"), ElementsAre("eigenvalues.csv", "stability.json"));
+  EXPECT_THAT(List("out"), ElementsAre("eigenvalues.csv", "stability.json", "stability_report.html"));
 }
 
 }  // namespace

@@ -1,120 +1,23 @@
 // wagon sweep: killed, interrupted, refused, on one thread, several, and several processes under mpirun.
 
 #include <gmock/gmock.h>
-#include <signal.h>
 
-#include <chrono>
-#include <memory>
+#include <map>
 #include <random>
-#include <sstream>
-#include <thread>
 
-#include "tests/cli/wagon_fixture.h"
-#include "vehicle/sweep/sweep_store.h"
+#include "tests/cli/wagon_sweep_fixture.h"
 
 namespace uiclink {
 namespace {
 
-using namespace std::chrono_literals;
 using testing::AllOf;
 using testing::HasSubstr;
 using testing::IsEmpty;
 using testing::Not;
 using testing::SizeIs;
 using testing::StartsWith;
-using Words = std::vector<std::string>;
 
-/// A program that is at work beside the test. Killed at the end, if it still is.
-class Running {
- public:
-  Running(const Words& words, const RunOptions& options)
-      : out_(internal::OpenUnnamed()), err_(internal::OpenUnnamed()) {
-    pid_ = fork();
-    if (pid_ == 0) internal::RunChild(words, options, out_, err_);
-  }
-  ~Running() {
-    if (pid_ > 0) Signal(SIGKILL), Wait();
-  }
-  Running(const Running&) = delete;
-  Running& operator=(const Running&) = delete;
-
-  pid_t pid() const { return pid_; }
-  void Signal(int signal) const { kill(pid_, signal); }
-  bool Ended() {
-    return pid_ <= 0 || waitid(P_PID, static_cast<id_t>(pid_), &info_, WEXITED | WNOHANG | WNOWAIT) != 0 ||
-           info_.si_pid != 0;
-  }
-  ProgramResult Wait() {
-    int status = 0;
-    waitpid(pid_, &status, 0);
-    pid_ = -1;
-    return {.exit_code = WIFEXITED(status) ? WEXITSTATUS(status) : 128 + WTERMSIG(status),
-            .out = internal::TakeAll(out_),
-            .err = internal::TakeAll(err_)};
-  }
-
- private:
-  int out_, err_;
-  pid_t pid_ = -1;
-  siginfo_t info_{};
-};
-
-/// 200 runs: two loads, ten speeds, ten links scattered about set 1.
-constexpr const char* kCampaign = R"(
-name = "many"
-seed = 4
-[base]
-geometry = "thesis-equivalent"
-scatter_percent = 5
-front_lateral_mm = 4
-[grid]
-cargo = ["empty", "water"]
-speed = { from = 12, to = 30, step = 2 }
-[sample]
-n = 10
-[run]
-kind = "simulate"
-duration = 1
-)";
 constexpr std::size_t kRuns = 200;
-
-class WagonSweep : public WagonProgram {
- protected:
-  WagonSweep() { Write("many.toml", kCampaign); }
-
-  static Words Sweep(const std::string& store, Words more = {}) {
-    Words words{"sweep", "many.toml", "--store", store + ".sqlite"};
-    words.insert(words.end(), more.begin(), more.end());
-    return words;
-  }
-  std::unique_ptr<Running> Start(Words words) const {
-    words.insert(words.begin(), UICLINK_WAGON);
-    return std::make_unique<Running>(words, RunOptions{.folder = Folder()});
-  }
-  std::size_t Count(const std::string& store) const {
-    return Exists(store + ".sqlite") ? SweepStore::Count(Folder() / (store + ".sqlite")).total() : 0;
-  }
-  /// Waits until a store has so many rows or the process has ended.
-  void WaitForRows(const std::string& store, std::size_t rows, Running* running) const {
-    while (Count(store) < rows && !running->Ended()) std::this_thread::sleep_for(5ms);
-  }
-
-  /// The rows of a store in order, all columns but the time that they took.
-  Words Rows(const std::string& store) const {
-    std::istringstream csv(SweepStore::FormatCsv(Folder() / (store + ".sqlite")));
-    Words rows;
-    for (std::string line; std::getline(csv, line);) rows.push_back(line.substr(0, line.rfind(',')));
-    EXPECT_THAT(rows.front(), AllOf(StartsWith("id,run,status,reason,sample,"), Not(HasSubstr("wall_s"))));
-    rows.erase(rows.begin());
-    return rows;
-  }
-  /// The rows of a sweep that nothing has disturbed.
-  Words UndisturbedRows() const {
-    const ProgramResult result = Run(Sweep("undisturbed", {"--threads", "1"}));
-    EXPECT_EQ(result.exit_code, 0) << result.err;
-    return Rows("undisturbed");
-  }
-};
 
 // ---------------------------------------------------------------- ending, and going on
 
@@ -165,6 +68,25 @@ TEST_F(WagonSweep, ThreadsDoNotMatter) {
   EXPECT_TRUE(Rows("two") == rows);
   EXPECT_EQ(Run(Sweep("five", {"--threads", "5"})).exit_code, 0);
   EXPECT_TRUE(Rows("five") == rows);
+}
+
+TEST_F(WagonSweep, ARowDoesNotDependOnWhatSharesItsLanes) {
+  std::map<std::string, std::string> rows;  // by id, from the load on: the number of the run is the campaign's
+  const auto tail = [](const std::string& row) { return row.substr(row.find(",thesis-equivalent,")); };
+  for (const std::string& row : UndisturbedRows()) rows[row.substr(0, row.find(','))] = tail(row);
+  std::string other = MakeCampaign(3);
+  const std::string speeds = "{ from = 12, to = 30, step = 2 }";
+  other.replace(other.find(speeds), speeds.size(), "[13, 30, 22, 12.5, 14]");
+  Write("many.toml", other);
+  ASSERT_EQ(Run(Sweep("other", {"--threads", "3"})).exit_code, 0);
+  std::size_t common = 0;
+  for (const std::string& row : Rows("other")) {
+    const auto same = rows.find(row.substr(0, row.find(',')));
+    if (same == rows.end()) continue;
+    ++common;
+    EXPECT_EQ(tail(row), same->second);
+  }
+  EXPECT_EQ(common, 18u) << "three speeds, two loads, three samples";
 }
 
 TEST_F(WagonSweep, RepeatsWhatWagonSimulateSays) {
@@ -269,34 +191,6 @@ TEST_F(WagonSweep, FaultsAreToldBeforeAnythingIsWritten) {
 // ---------------------------------------------------------------- under mpirun
 
 #ifdef UICLINK_MPIRUN
-
-class WagonSweepMpi : public WagonSweep {
- protected:
-  /// The command under mpirun; as root in a container with two cores it wants to be told that this is meant.
-  static Words UnderMpi(int processes, const Words& words, const Words& more = {}) {
-    Words all{UICLINK_MPIRUN, "--allow-run-as-root", "--oversubscribe"};
-    all.insert(all.end(), more.begin(), more.end());
-    all.insert(all.end(), {"-n", std::to_string(processes), UICLINK_WAGON});
-    all.insert(all.end(), words.begin(), words.end());
-    return all;
-  }
-  ProgramResult RunMpi(int processes, const Words& words) const {
-    return RunProgram(UnderMpi(processes, words), {.folder = Folder()});
-  }
-
-  /// The process of a rank among the children of mpirun; -1 where there is none.
-  static pid_t FindRank(pid_t mpirun, int rank) {
-    const std::string wanted = "OMPI_COMM_WORLD_RANK=" + std::to_string(rank);
-    std::istringstream children(
-        ReadAll("/proc/" + std::to_string(mpirun) + "/task/" + std::to_string(mpirun) + "/children"));
-    for (pid_t child = 0; children >> child;) {
-      std::istringstream environment(ReadAll("/proc/" + std::to_string(child) + "/environ"));
-      for (std::string entry; std::getline(environment, entry, '\0');)
-        if (entry == wanted) return child;
-    }
-    return -1;
-  }
-};
 
 TEST_F(WagonSweepMpi, ProcessesDoNotMatter) {
   const Words rows = UndisturbedRows();

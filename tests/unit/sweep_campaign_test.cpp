@@ -79,7 +79,9 @@ TEST(Campaign, FindsWhatMakesNoSense) {
   EXPECT_THAT(Fault("name = \"a\"\n[grid]\nspeed = [1, 2]\n[run]\nkind = \"stability\"\n"),
               HasSubstr("expected axes that runs of kind stability use, found speed"));
   EXPECT_THAT(Fault(std::string("name = \"a\"\n[sample]\nn = 5\n") + kRun),
-              HasSubstr("expected something to draw in [sample], or scatter_percent, found nothing"));
+              HasSubstr("expected something to draw in [sample], scatter_percent or draw, found nothing"));
+  EXPECT_THAT(Fault(std::string("name = \"a\"\n[base]\ndraw = \"all\"\n") + kRun),
+              HasSubstr("c.toml:3: expected draw one of nothing, set, corners, set+corners, found \"all\""));
   EXPECT_THAT(Fault(std::string("name = \"a\"\n[grid]\nspeed = { from = 1, to = 100, step = 1e-6 }\n") + kRun),
               HasSubstr("expected at most 1000000 values, found step = 1e-06"));
   EXPECT_THAT(
@@ -95,8 +97,9 @@ TEST(Campaign, FindsWhatMakesNoSense) {
               HasSubstr("expected to > from = 5 [m/s], found 4"));
 }
 
-TEST(Campaign, SamplesAreNeededForScatterAlone) {
+TEST(Campaign, SamplesMayBeThereForScatterOrDrawAlone) {
   EXPECT_EQ(Fault(std::string("name = \"a\"\n[base]\nscatter_percent = 5\n[sample]\nn = 5\n") + kRun), "");
+  EXPECT_EQ(Fault(std::string("name = \"a\"\n[base]\ndraw = \"set\"\n[sample]\nn = 5\n") + kRun), "");
 }
 
 }  // namespace

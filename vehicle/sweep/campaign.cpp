@@ -206,16 +206,18 @@ void CheckSize(const Campaign& campaign, Table* table) {
     table->Report("grid", fmt::format("at most {} runs", static_cast<int>(kMostRuns)), fmt::format("{}", runs));
 }
 
-/// Draws within a run, or several samples, and no number of samples: one wagon would stand for all.
+/// Whether the campaign has this axis with a value beside the one that draws nothing.
+bool Draws(const Campaign& campaign, const std::string& name, const AxisValue& nothing) {
+  const std::size_t axis = *FindAxis(name);
+  return std::ranges::any_of(campaign.grid, [axis](const Campaign::Grid& grid) { return grid.axis == axis; }) ||
+         (campaign.said[axis] && campaign.base[axis] != nothing);
+}
+
+/// Several samples and nothing that is drawn for them would be the same run over and over.
 void CheckSamples(const Campaign& campaign, Table* table) {
-  if (campaign.sampled.empty() && campaign.samples == 0) return;
-  const std::size_t scatter = *FindAxis("scatter_percent");
-  const auto is_scatter = [&](const auto& varied) { return varied.axis == scatter; };
-  const bool scattered = std::ranges::any_of(campaign.grid, is_scatter) ||
-                         std::ranges::any_of(campaign.sampled, is_scatter) ||
-                         (campaign.said[scatter] && campaign.base[scatter] != AxisValue(0.0));
-  if (!campaign.sampled.empty() || scattered || campaign.samples == 1) return;
-  table->Report("sample", "something to draw in [sample], or scatter_percent", "nothing");
+  if (!campaign.sampled.empty() || campaign.samples <= 1) return;
+  if (Draws(campaign, "scatter_percent", 0.0) || Draws(campaign, "draw", "nothing")) return;
+  table->Report("sample", "something to draw in [sample], scatter_percent or draw", "nothing");
 }
 
 }  // namespace

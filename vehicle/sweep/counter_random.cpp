@@ -33,12 +33,13 @@ std::array<std::uint32_t, 4> CalcPhilox(std::array<std::uint32_t, 4> counter, st
 CounterRandom::CounterRandom(std::uint64_t seed, std::uint32_t sample, std::string_view purpose)
     : key_{Low(seed), High(seed)}, counter_{0, sample, Low(Hash(purpose)), High(Hash(purpose))} {}
 
-double CounterRandom::Uniform() {
+std::uint64_t CounterRandom::Bits() {
   const std::array<std::uint32_t, 4> words = CalcPhilox(counter_, key_);
   ++counter_[0];
-  const std::uint64_t bits = (static_cast<std::uint64_t>(words[0]) << 32 | words[1]) >> 12;
-  return (static_cast<double>(bits) + 0.5) * 0x1p-52;
+  return static_cast<std::uint64_t>(words[0]) << 32 | words[1];
 }
+
+double CounterRandom::Uniform() { return (static_cast<double>(Bits() >> 12) + 0.5) * 0x1p-52; }
 
 double CounterRandom::Normal() {
   const double radius = std::sqrt(-2 * std::log(Uniform()));

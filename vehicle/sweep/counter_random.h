@@ -16,8 +16,9 @@ class CounterRandom {
  public:
   CounterRandom(std::uint64_t seed, std::uint32_t sample, std::string_view purpose);
 
-  double Uniform();  ///< 0 < u < 1, 52 random bits
-  double Normal();   ///< mean 0, standard deviation 1 (Box and Muller)
+  std::uint64_t Bits();  ///< 64 random bits
+  double Uniform();      ///< 0 < u < 1, 52 random bits
+  double Normal();       ///< mean 0, standard deviation 1 (Box and Muller)
 
  private:
   std::array<std::uint32_t, 2> key_;

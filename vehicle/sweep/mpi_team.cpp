@@ -73,6 +73,26 @@ void Send(const void* bytes, std::size_t size, int to, Tag tag) {
   MPI_Send(bytes, static_cast<int>(size), MPI_BYTE, to, tag, MPI_COMM_WORLD);
 }
 
+/// To process 0, long messages too: such a one is on its way until it is received, and if process 0 has died, for ever.
+class Outbox {
+ public:
+  /// Whether the last message has arrived.
+  bool IsFree() {
+    int arrived = 1;
+    if (request_ != MPI_REQUEST_NULL) MPI_Test(&request_, &arrived, MPI_STATUS_IGNORE);
+    return arrived != 0;
+  }
+  /// Where it IsFree().
+  void Send(std::string bytes, Tag tag) {
+    bytes_ = std::move(bytes);
+    MPI_Isend(bytes_.data(), static_cast<int>(bytes_.size()), MPI_BYTE, 0, tag, MPI_COMM_WORLD, &request_);
+  }
+
+ private:
+  std::string bytes_;
+  MPI_Request request_ = MPI_REQUEST_NULL;
+};
+
 struct Message {
   int from = -1;  ///< -1: there was none
   int tag = 0;
@@ -175,9 +195,11 @@ MpiSession::MpiSession() {
 
 MpiSession::~MpiSession() {
   if (lost_) {
+    // mpirun --enable-recovery makes nothing of exit codes.
+    if (alone_) std::cerr << "wagon: process 0 lost; resume with the same command\n";
     std::cout.flush();
     std::fflush(nullptr);
-    std::quick_exit(rank() == 0 ? 1 : 0);
+    std::quick_exit(rank() == 0 || alone_ ? 1 : 0);
   }
   MPI_Finalize();
 }
@@ -217,27 +239,34 @@ std::unique_ptr<Team> MpiSession::MakeTeam(const SweepPlan& plan, int threads) {
 void MpiSession::Serve(const SweepPlan& plan, int threads) {
   Crew crew(plan, threads);
   GatherInts(crew.hands());
+  Outbox outbox;
+  std::vector<FinishedRun> done;
   Clock::time_point heard = Clock::now(), said = heard;
-  while (Clock::now() - heard < kGoneRoot) {
+  bool ended = false;
+  while (Clock::now() - heard < (ended ? kSilence : kGoneRoot)) {
     for (Message message = Receive(); message.from >= 0; message = Receive()) {
       heard = Clock::now();
       if (message.tag == kEnd) {
         lost_ = !message.bytes.empty();
-        return Send(nullptr, 0, 0, kEnd);
+        ended = true;
+        break;
       }
       std::vector<std::size_t> runs(message.bytes.size() / sizeof(std::size_t));
       std::memcpy(runs.data(), message.bytes.data(), message.bytes.size());
       crew.Give(runs);
     }
-    const std::vector<FinishedRun> done = crew.Take(0ms);
-    if (!done.empty() || Clock::now() - said > kSignOfLife) {
-      const std::string bytes = Pack(done);
-      Send(bytes.data(), bytes.size(), 0, kResults);
-      said = Clock::now();
+    for (FinishedRun& run : crew.Take(0ms)) done.push_back(std::move(run));
+    if (outbox.IsFree()) {
+      if (ended) return Send(nullptr, 0, 0, kEnd);
+      if (!done.empty() || Clock::now() - said > kSignOfLife) {
+        outbox.Send(Pack(done), kResults);
+        done.clear();
+        said = Clock::now();
+      }
     }
     std::this_thread::sleep_for(kLook);
   }
-  lost_ = true;
+  lost_ = alone_ = true;
 }
 
 }  // namespace uiclink

@@ -40,6 +40,8 @@ class Dispatcher {
     return true;
   }
 
+  bool idle() const { return owner_.empty(); }  ///< nothing is handed out
+
  private:
   void HandOut(std::size_t member, int all_hands) {
     const auto hands = static_cast<double>(team_.Hands(member));
@@ -85,12 +87,14 @@ class Dispatcher {
 SweepResult RunSweep(Team* team, SweepStore* store, const std::function<bool()>& go_on,
                      const std::function<void(const SweepProgress&)>& on_progress) {
   constexpr std::chrono::milliseconds kOldest{200};  // of a finished run that is not written
+  // For what is handed out ahead, a quarter of a second of work; mpirun kills two seconds after it has asked to end.
+  constexpr std::chrono::milliseconds kFarewell{1000};
   const Clock::time_point begin = Clock::now();
   const std::size_t total = store->missing().size();
   Dispatcher dispatcher(team, store->missing());
   SweepResult result;
   std::vector<FinishedRun> unwritten;
-  Clock::time_point written = begin;
+  Clock::time_point written = begin, interrupted = begin;
   const auto write = [&] {
     if (!unwritten.empty()) store->Write(unwritten);
     result.done += unwritten.size();
@@ -102,9 +106,12 @@ SweepResult RunSweep(Team* team, SweepStore* store, const std::function<bool()>&
     if (on_progress) on_progress({.done = result.done, .total = total, .elapsed_s = elapsed, .left_s = left});
   };
   while (result.done + unwritten.size() < total) {
-    result.interrupted = go_on && !go_on();
-    if (result.interrupted) break;
-    dispatcher.HandOut();
+    if (!result.interrupted && go_on && !go_on()) {
+      result.interrupted = true;
+      interrupted = Clock::now();
+    }
+    if (!result.interrupted) dispatcher.HandOut();
+    if (result.interrupted && (dispatcher.idle() || Clock::now() - interrupted >= kFarewell)) break;
     for (FinishedRun& done : team->Take()) {
       if (!dispatcher.Note(done)) continue;
       result.run_s += done.wall_s;

@@ -51,7 +51,8 @@ struct SweepResult {
 
 /// Hands out the runs that the store lacks, a quarter of a second of work ahead of every thread, and writes what comes
 /// back, five times a second. Runs of a member that is lost go to the others.
-/// @param go_on  asked every few milliseconds; false ends the sweep: what is finished is written. May be null.
+/// @param go_on  asked every few milliseconds; false ends the sweep: nothing more is handed out, and what is finished
+/// within a second is written. May be null.
 /// @param on_progress  called after every transaction. May be null.
 /// @throws SqliteError where the store cannot be written; std::runtime_error when no member is left.
 SweepResult RunSweep(Team* team, SweepStore* store, const std::function<bool()>& go_on,

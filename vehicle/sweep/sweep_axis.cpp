@@ -148,6 +148,14 @@ void AddLinks(std::vector<SweepAxis>* axes) {
        .words = {},
        .fallback = "set1",
        .apply = Text([](const std::string& text, RunSetup* setup) { setup->choice.sets = SplitSets(text); })});
+  // No fallback: runs of campaigns that do not know it keep their identity.
+  axes->push_back({.name = "draw",
+                   .range = {},
+                   .words = {"nothing", "set", "corners", "set+corners"},
+                   .apply = Text([](const std::string& word, RunSetup* setup) {
+                     setup->draw_sets = word.starts_with("set");
+                     setup->draw_corners = word.ends_with("corners");
+                   })});
   axes->push_back({.name = "scatter_percent",
                    .range = Between("%", 0, 100),
                    .words = {},

@@ -25,13 +25,17 @@ struct RunSetup {
   // Instead of what the wagon's file says: guidance of all axle boxes.
   std::optional<double> lateral_clearance, longitudinal_clearance, lateral_stiffness, longitudinal_stiffness;
 
-  double scatter = 0;  ///< coefficient of variation of every parameter of every link, corner by corner [-]
-  double speed = 0;    ///< [m/s]
-  std::string start;   ///< ParsePerturbation, or "equilibrium"
-  Perturbation by;     ///< added to it
+  bool draw_sets = false;     ///< the values of each set, from its covariance
+  bool draw_corners = false;  ///< factors of each corner's parameters, by the spread between links that its set has
+  double scatter = 0;         ///< coefficient of variation of every parameter of every link, corner by corner [-]
+  double speed = 0;           ///< [m/s]
+  std::string start;          ///< ParsePerturbation, or "equilibrium"
+  Perturbation by;            ///< added to it
 
-  std::uint64_t seed = 0;    ///< of what is drawn within the run (the scatter), with the sample
+  std::uint64_t seed = 0;    ///< of what is drawn within the run (its links), with the sample
   std::uint32_t sample = 0;  ///< 0, 1, ...
+
+  bool DrawsLinks() const { return draw_sets || draw_corners || scatter > 0; }
 };
 
 /// A number, or text. Numbers are in the unit of their axis.

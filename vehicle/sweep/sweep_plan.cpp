@@ -11,8 +11,10 @@
 namespace uiclink {
 namespace {
 
-/// The axes whose values are files or stand beside them: with these it is settled which files a run has.
-constexpr std::array kFileAxes{"geometry", "contact_table", "wheel_profile", "rail_profile", "wagon", "cargo", "set"};
+/// The axes whose values are files or stand beside them: with these it is settled which files a run has, and what is
+/// drawn from them.
+constexpr std::array kFileAxes{"geometry", "contact_table", "wheel_profile", "rail_profile",
+                               "wagon",    "cargo",         "set",           "draw"};
 
 std::string FilesKey(const RunSetup& setup) {
   return fmt::format("{}|{}|{}|{}|{}|{}|{}", setup.choice.geometry, setup.choice.contact_table, setup.wheel_profile,
@@ -95,8 +97,18 @@ std::string SweepPlan::Identity(std::size_t run) const {
     if (values[axis]) text += fmt::format("{}={}\n", SweepAxes()[axis].name, FormatValue(*values[axis]));
   }
   const RunSetup setup = Setup(run);
-  if (campaign_.samples > 0) text += fmt::format("sample={} seed={}\n", setup.sample, setup.seed);
+  if (campaign_.samples > 0 || setup.DrawsLinks()) text += fmt::format("sample={} seed={}\n", setup.sample, setup.seed);
   return text + FilesText(setup);
+}
+
+std::vector<std::optional<double>> SweepPlan::Drawn(std::size_t run) const {
+  std::vector<std::optional<double>> values(drawn_columns_.size());
+  if (values.empty()) return values;
+  for (const DrawnValue& drawn : *shelf_->Draws(Setup(run))) {
+    const auto column = std::ranges::find(drawn_columns_, drawn.column);
+    values[static_cast<std::size_t>(column - drawn_columns_.begin())] = drawn.value;
+  }
+  return values;
 }
 
 std::string SweepPlan::Id(std::size_t run) const { return CalcSha256(Identity(run)); }
@@ -131,6 +143,10 @@ void SweepPlan::ReadFiles() {
     file_texts_[FilesKey(setup)] = text;
     for (const std::string& notice : shelf_->Notices(setup))
       if (said.insert(notice).second) notices_.push_back(notice);
+    for (const DrawnValue& drawn : *shelf_->Draws(setup)) {
+      if (std::ranges::find(drawn_columns_, drawn.column) == drawn_columns_.end())
+        drawn_columns_.push_back(drawn.column);
+    }
   }
 }
 

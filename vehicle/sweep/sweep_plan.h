@@ -29,6 +29,10 @@ class SweepPlan {
   std::vector<std::optional<AxisValue>> Values(std::size_t run) const;
   std::optional<std::uint32_t> Sample(std::size_t run) const;
   RunSetup Setup(std::size_t run) const;
+  /// Columns of what is drawn from sets (link_draws.h), and a run's values in their order; none where its sets have no
+  /// such parameter.
+  const std::vector<std::string>& drawn_columns() const { return drawn_columns_; }
+  std::vector<std::optional<double>> Drawn(std::size_t run) const;
 
   /// SHA-256 of everything that the run's result depends on: the values of all axes, checksums of all its files, kind
   /// and options, and where something is drawn the sample and its seed. Neither the number of the run nor other runs of
@@ -55,6 +59,7 @@ class SweepPlan {
   std::shared_ptr<WagonShelf> shelf_;
   std::vector<InputFile> files_;
   std::vector<std::string> notices_;
+  std::vector<std::string> drawn_columns_;
   std::map<std::string, std::string> file_texts_;  ///< by FilesKey
 };
 

@@ -90,9 +90,10 @@ SweepStore::SweepStore(const fs::path& path, const SweepPlan& plan, const std::s
   transaction.Commit();
 
   std::string columns = "id, run, status, reason, sample", marks = "?, ?, ?, ?, ?";
-  for (const std::size_t axis : axes_) columns += ", " + Quote(SweepAxes()[axis].name), marks += ", ?";
-  for (const ResultColumn& column : plan.campaign().kind->columns())
-    columns += ", " + Quote(column.name), marks += ", ?";
+  const auto add = [&](const std::string& name) { columns += ", " + Quote(name), marks += ", ?"; };
+  for (const std::size_t axis : axes_) add(SweepAxes()[axis].name);
+  std::ranges::for_each(plan.drawn_columns(), add);
+  for (const ResultColumn& column : plan.campaign().kind->columns()) add(column.name);
   insert_ = std::make_unique<SqliteStatement>(
       database_.get(), fmt::format("INSERT OR IGNORE INTO runs ({}, wall_s) VALUES ({}, ?)", columns, marks));
 }
@@ -100,6 +101,7 @@ SweepStore::SweepStore(const fs::path& path, const SweepPlan& plan, const std::s
 void SweepStore::Create() {
   std::string columns;
   for (const std::size_t axis : axes_) columns += AxisColumn(axis) + ", ";
+  for (const std::string& drawn : plan_.drawn_columns()) columns += Quote(drawn) + " REAL, ";
   for (const ResultColumn& column : plan_.campaign().kind->columns())
     columns += Quote(column.name) + (column.integer ? " INTEGER, " : " REAL, ");
   database_->Execute("CREATE TABLE campaign (key TEXT PRIMARY KEY, value TEXT)");
@@ -166,14 +168,16 @@ std::vector<std::string> SweepStore::FindChanges(const std::string& version) {
 /// Runs keep their rows when the campaign grows; their numbers move, and new axes get the value that they had.
 void SweepStore::Extend() {
   const std::vector<std::string> before = TextColumn(database_.get(), "SELECT name FROM pragma_table_info('runs')");
-  for (const std::size_t axis : axes_) {
-    if (std::ranges::find(before, SweepAxes()[axis].name) == before.end())
-      database_->Execute("ALTER TABLE runs ADD COLUMN " + AxisColumn(axis));
-  }
+  const auto add = [&](const std::string& name, const std::string& column) {
+    if (std::ranges::find(before, name) == before.end()) database_->Execute("ALTER TABLE runs ADD COLUMN " + column);
+  };
+  for (const std::size_t axis : axes_) add(SweepAxes()[axis].name, AxisColumn(axis));
+  for (const std::string& drawn : plan_.drawn_columns()) add(drawn, Quote(drawn) + " REAL");
   const std::vector<std::string> text = TextColumn(database_.get(), "SELECT value FROM campaign WHERE key = 'text'");
   if (text == std::vector<std::string>{plan_.campaign().text}) return;
   std::string columns = "run = ?";
   for (const std::size_t axis : axes_) columns += ", " + Quote(SweepAxes()[axis].name) + " = ?";
+  for (const std::string& drawn : plan_.drawn_columns()) columns += ", " + Quote(drawn) + " = ?";
   SqliteStatement update(database_.get(), "UPDATE runs SET " + columns + " WHERE id = ?");
   for (std::size_t run = 0; run < ids_.size(); ++run) {
     update.Bind(static_cast<std::int64_t>(run));
@@ -210,6 +214,7 @@ void SweepStore::BindAxes(SqliteStatement* statement, std::size_t run) const {
       statement->Bind(std::get<std::string>(*values[axis]));
     }
   }
+  for (const std::optional<double>& drawn : plan_.Drawn(run)) drawn ? statement->Bind(*drawn) : statement->BindNull();
 }
 
 void SweepStore::Write(const std::vector<FinishedRun>& runs) {

@@ -2,12 +2,10 @@
 
 #include <fmt/format.h>
 
-#include <cmath>
-
 #include "data/checksum.h"
 #include "vehicle/contact/profile.h"
+#include "vehicle/hunting/set_scatter.h"
 #include "vehicle/report_json.h"
-#include "vehicle/sweep/counter_random.h"
 
 namespace uiclink {
 namespace {
@@ -31,41 +29,23 @@ std::string TableKey(const RunSetup& setup) {
          Key(setup.back_to_back) + Key(setup.rail_offset) + Key(setup.cant) + Key(setup.wheel_load);
 }
 
-std::string WagonKey(const RunSetup& setup) {
+std::string UndrawnKey(const RunSetup& setup) {
   const WagonOptions& options = setup.choice.options;
-  std::string key = TableKey(setup) + "|" + BodyKey(setup) + "|" + LinksKey(setup) + "|" +
-                    Key(setup.lateral_clearance) + Key(setup.longitudinal_clearance) + Key(setup.lateral_stiffness) +
-                    Key(setup.longitudinal_stiffness) +
-                    fmt::format("{};{};{};{};{}", Name(options.suspension), Name(options.penetration), options.guidance,
-                                options.mu, options.printed_roll);
-  if (setup.scatter > 0) key += fmt::format("|{};{};{}", setup.scatter, setup.seed, setup.sample);
-  return key;
+  return TableKey(setup) + "|" + BodyKey(setup) + "|" + LinksKey(setup) + "|" + Key(setup.lateral_clearance) +
+         Key(setup.longitudinal_clearance) + Key(setup.lateral_stiffness) + Key(setup.longitudinal_stiffness) +
+         fmt::format("{};{};{};{};{}", Name(options.suspension), Name(options.penetration), options.guidance,
+                     options.mu, options.printed_roll);
+}
+
+std::string DrawKey(const RunSetup& setup) {
+  return fmt::format("|{};{};{};{};{}", setup.draw_sets, setup.draw_corners, setup.scatter, setup.seed, setup.sample);
 }
 
 void Replace(const std::optional<double>& value, double* target) {
   if (value) *target = *value;
 }
 
-void Scatter(const RunSetup& setup, CounterRandom* random, DirectionParameters* link) {
-  const double ln_variance = std::log1p(setup.scatter * setup.scatter);
-  const auto factor = [&] { return std::exp(std::sqrt(ln_variance) * random->Normal() - 0.5 * ln_variance); };
-  link->k *= factor();
-  for (Slider<double>& slider : link->sliders) {
-    slider.k *= factor();
-    slider.T0 *= factor();
-  }
-}
-
 }  // namespace
-
-void ScatterLinks(const RunSetup& setup, std::array<CornerLinks, kCorners>* links) {
-  if (!(setup.scatter > 0)) return;
-  CounterRandom random(setup.seed, setup.sample, "scatter");
-  for (CornerLinks& corner : *links) {
-    Scatter(setup, &random, &corner.longitudinal);
-    Scatter(setup, &random, &corner.lateral);
-  }
-}
 
 std::string WagonShelf::Locate(const std::string& text) const {
   const bool is_path = text.find_first_of("/.") != std::string::npos;
@@ -159,8 +139,15 @@ std::vector<std::string> WagonShelf::Notices(const RunSetup& setup) {
   return notices;
 }
 
+std::shared_ptr<const std::vector<DrawnValue>> WagonShelf::Draws(const RunSetup& setup) {
+  return draws_.Get(LinksKey(setup) + DrawKey(setup), [&] { return ListDraws(setup, Links(setup)->links); });
+}
+
 std::shared_ptr<const Wagon> WagonShelf::Get(const RunSetup& setup) {
-  return wagons_.Get(WagonKey(setup), [&] { return Make(setup); });
+  const auto undrawn = [&] { return undrawn_.Get(UndrawnKey(setup), [&] { return Make(setup); }); };
+  if (!setup.DrawsLinks()) return undrawn();
+  return wagons_.Get(UndrawnKey(setup) + DrawKey(setup),
+                     [&] { return WithLinks(*undrawn(), DrawLinks(setup, Links(setup)->links)); });
 }
 
 Wagon WagonShelf::Make(const RunSetup& setup) {
@@ -170,9 +157,7 @@ Wagon WagonShelf::Make(const RunSetup& setup) {
   Replace(setup.longitudinal_clearance, &data.guidance.longitudinal.clearance);
   Replace(setup.lateral_stiffness, &data.guidance.lateral.k);
   Replace(setup.longitudinal_stiffness, &data.guidance.longitudinal.k);
-  std::array<CornerLinks, kCorners> corners = links->links;
-  ScatterLinks(setup, &corners);
-  return {data, body->body, body->loaded, corners, track->table, setup.choice.options};
+  return {data, body->body, body->loaded, links->links, track->table, setup.choice.options};
 }
 
 }  // namespace uiclink

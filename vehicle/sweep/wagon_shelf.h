@@ -5,6 +5,7 @@
 #include <string>
 #include <vector>
 
+#include "vehicle/sweep/link_draws.h"
 #include "vehicle/sweep/memo.h"
 #include "vehicle/sweep/sweep_axis.h"
 #include "vehicle/wagon.h"
@@ -24,8 +25,10 @@ class WagonShelf {
   std::vector<InputFile> Files(const RunSetup& setup);
   /// What has to be said about them (WagonInputs::notices).
   std::vector<std::string> Notices(const RunSetup& setup);
+  /// What is drawn from the sets for this run. @throws InputError as ListDraws().
+  std::shared_ptr<const std::vector<DrawnValue>> Draws(const RunSetup& setup);
 
-  /// @throws InputError where the wheelset does not fit between the rails.
+  /// @throws InputError where the wheelset does not fit between the rails; as DrawLinks().
   std::shared_ptr<const Wagon> Get(const RunSetup& setup);
 
  private:
@@ -35,7 +38,7 @@ class WagonShelf {
   Part Links(const RunSetup& setup);
   Part Track(const RunSetup& setup);  ///< its files; the table only where it is one
   Part Table(const RunSetup& setup);  ///< with the table
-  Wagon Make(const RunSetup& setup);
+  Wagon Make(const RunSetup& setup);  ///< with the links as in their sets
   std::string Locate(const std::string& text) const;
   std::string LocateSet(const std::string& text) const;
 
@@ -43,11 +46,8 @@ class WagonShelf {
   Memo<WagonInputs> bodies_, links_, tracks_;
   Memo<InputFile> profiles_;
   Memo<WagonInputs> tables_{64};  // 0.3 MB each
-  Memo<Wagon> wagons_{32};
+  Memo<std::vector<DrawnValue>> draws_{64};
+  Memo<Wagon> undrawn_{32}, wagons_{32};
 };
-
-/// The factors of a corner's parameters in a run with scatter: log-normal with mean 1, independent, from the run's own
-/// seed. Corner by corner: longitudinal k, k1, T01, k2, T02, ..., lateral k, k1, T01, ...
-void ScatterLinks(const RunSetup& setup, std::array<CornerLinks, kCorners>* links);
 
 }  // namespace uiclink
