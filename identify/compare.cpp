@@ -181,7 +181,7 @@ std::vector<Measured> Measure(std::vector<Record>* records, Comparison* comparis
   for (Record& record : *records) {
     if (record.direction != comparison->direction) continue;
     Measured m{.record = std::exchange(record, {}), .noise = {}, .phases = {}};
-    m.noise = EstimateNoise(m.record.t, m.record.y);
+    m.noise = EstimateNoise(m.record.t, m.record.y, m.record.uncertainty);
     m.phases = FindPhases(m.record, m.noise);
     if (m.phases.usable) {
       measured.push_back(std::move(m));

@@ -21,29 +21,6 @@ constexpr double kWorthAnotherPair =
 constexpr double kNeeded = 0.9;  // rms with / without a cause: above this a model with structure left can do without
 constexpr double kSharingLevel = 0.01;
 
-std::vector<FitData> CollectData(const Identification& plain) {
-  std::vector<FitData> data;
-  for (const std::size_t i : plain.UsedIndices()) data.push_back(plain.records[i].Data());
-  return data;
-}
-
-/// The plain fit as a state: one link for all, or one per record.
-FitState CollectState(const Identification& plain, Sharing sharing) {
-  FitState state;
-  Levels levels;
-  FromOscillator(plain.link, &levels, &state.shape);
-  if (sharing == Sharing::kLink) state.levels.push_back(levels);
-  for (const std::size_t i : plain.UsedIndices()) {
-    const RecordResult& record = plain.records[i];
-    Shape shape;
-    FromOscillator(record.link, &levels, &shape);
-    if (sharing == Sharing::kShape) state.levels.push_back(levels);
-    if (sharing == Sharing::kShape && plain.sliders > 1) state.shapes.push_back(shape);
-    state.starts.push_back(record.start);
-  }
-  return state;
-}
-
 std::vector<const Effect*> Observable() {
   std::vector<const Effect*> effects;
   for (const Effect* effect : Effects())

@@ -193,9 +193,21 @@ class ExtendedFitter {
     for (std::vector<double>& own : outcome_.state.own) bound(extension_.own(), own);
   }
 
+  /// One value of a block stays as it is.
+  static void Hold(int index, int size, double* block, ceres::Problem* problem) {
+    if (size == 1) {
+      problem->SetParameterBlockConstant(block);
+    } else {
+      problem->SetManifold(block, new ceres::SubsetManifold(size, {index}));
+    }
+  }
+
   void Fix(const ExtendedControl& control, ceres::Problem* problem) {
     if (control.fix_shared && !extension_.shared().empty())
       problem->SetParameterBlockConstant(outcome_.state.shared.data());
+    if (control.held_level >= 0) Hold(control.held_level, kLevels, LevelsBlock(0), problem);
+    if (control.held_shared >= 0 && !control.fix_shared)
+      Hold(control.held_shared, static_cast<int>(extension_.shared().size()), outcome_.state.shared.data(), problem);
     if (!control.fix_link) return;
     for (Levels& levels : link().levels) problem->SetParameterBlockConstant(levels.data());
     for (std::size_t r = 0; sliders_ > 1 && r < std::max<std::size_t>(1, link().shapes.size()); ++r)

@@ -14,6 +14,8 @@ struct ExtendedControl {
   std::size_t stride = 1;             ///< every stride-th sample is used
   bool fix_link = false;              ///< levels and shape stay as they are
   bool fix_shared = false;            ///< shared parameters of the effects stay as they are
+  int held_level = -1;                ///< this one of the levels (of record 0) stays as it is; -1: none
+  int held_shared = -1;               ///< this one of the shared parameters stays as it is; -1: none
   int max_iterations = 60;
   double function_tolerance = 1e-8;  ///< relative fall of the sum of squares at which the last window stops [-]
   double step_tolerance = 1e-9;      ///< of the integrator, see ExtendedSolveOptions

@@ -22,7 +22,9 @@ double EstimateFloor(const FitData& data, std::span<const double> residuals) {
   const std::vector<double>& t = data.record->t;
   const auto begin = t.begin() + static_cast<std::ptrdiff_t>(data.first);
   const std::vector<double> times(begin, begin + static_cast<std::ptrdiff_t>(data.size));
-  const double floor = EstimateNoise(times, residuals).sigma;
+  std::span<const double> stated = data.record->uncertainty;
+  if (!stated.empty()) stated = stated.subspan(data.first, data.size);
+  const double floor = EstimateNoise(times, residuals, stated).sigma;
   return floor < kSwallowed * data.sigma ? floor : data.sigma;
 }
 

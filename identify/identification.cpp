@@ -125,4 +125,26 @@ Identification Identify(Direction direction, std::vector<Record> records, const 
   return result;
 }
 
+std::vector<FitData> CollectData(const Identification& plain) {
+  std::vector<FitData> data;
+  for (const std::size_t i : plain.UsedIndices()) data.push_back(plain.records[i].Data());
+  return data;
+}
+
+FitState CollectState(const Identification& plain, Sharing sharing) {
+  FitState state;
+  Levels levels;
+  FromOscillator(plain.link, &levels, &state.shape);
+  if (sharing == Sharing::kLink) state.levels.push_back(levels);
+  for (const std::size_t i : plain.UsedIndices()) {
+    const RecordResult& record = plain.records[i];
+    Shape shape;
+    FromOscillator(record.link, &levels, &shape);
+    if (sharing == Sharing::kShape) state.levels.push_back(levels);
+    if (sharing == Sharing::kShape && plain.sliders > 1) state.shapes.push_back(shape);
+    state.starts.push_back(record.start);
+  }
+  return state;
+}
+
 }  // namespace uiclink

@@ -72,6 +72,11 @@ struct Identification {
   std::vector<std::size_t> UsedIndices() const;
 };
 
+/// The samples of the used records, in their order; valid while the identification stays where it is.
+std::vector<FitData> CollectData(const Identification& identification);
+/// The final fit as a state: one link for all, or one per record (Sharing::kShape; with several sliders a shape, too).
+FitState CollectState(const Identification& identification, Sharing sharing);
+
 /// Fits records that PrepareRecord has seen: each alone, then all together, with result->sliders sliders.
 void FitAll(const IdentifyOptions& options, Identification* result);
 

@@ -18,10 +18,13 @@
 #include "data/file.h"
 #include "data/input_error.h"
 #include "data/parameter_set_file.h"
+#include "identify/command_line.h"
+#include "identify/commands.h"
 #include "identify/compare.h"
 #include "identify/diagnosis.h"
 #include "identify/effects_report.h"
 #include "identify/identification.h"
+#include "identify/page/report_page.h"
 #include "identify/record.h"
 #include "identify/report.h"
 #include "identify/report_wagon.h"
@@ -44,6 +47,7 @@ struct Arguments {
   bool quiet = false;
   bool no_diagnosis = false;
   bool no_wagon = false;
+  bool no_report = false;
   bool wagon = false;  // compare
   std::string direction;
   std::string sliders;
@@ -51,6 +55,7 @@ struct Arguments {
   ReadOptions read;
   IdentifyOptions identify;
   ValidateOptions validate;
+  Provenance provenance;  // of the report
 
   bool JsonToStdout() const { return json == "-"; }
 };
@@ -238,6 +243,19 @@ Validation Validate(const std::vector<ValidationSet>& sets, const Arguments& arg
   return validation;
 }
 
+/// The report and its figures. @returns what to say about them at the end.
+std::string WriteReport(const RunResult& run, std::span<const ValidationSet> sets,
+                        std::span<const ReadingResiduals> residuals, const Arguments& arguments) {
+  const std::string missing = WriteReportPage({.run = &run,
+                                               .sets = sets,
+                                               .residuals = residuals,
+                                               .provenance = &arguments.provenance,
+                                               .threads = arguments.identify.threads},
+                                              arguments.out);
+  if (!missing.empty()) fmt::print(stderr, "report: no pictures beside it: {}\n", missing);
+  return "Report: " + arguments.out + "/report.html\n";
+}
+
 int RunIdentify(Arguments arguments) {
   const Progress progress(arguments.quiet || arguments.JsonToStdout());
   arguments.identify.progress = progress;
@@ -273,11 +291,13 @@ int RunIdentify(Arguments arguments) {
   if (!arguments.no_wagon) run.wagon = Validate(sets, arguments, progress);
   const std::string json = FormatJson(run);
   WriteFileWhole(out / "result.json", json);
-  WriteFileWhole(out / "residuals.csv", FormatResiduals(run));
+  const std::vector<ReadingResiduals> residuals = CalcReadingResiduals(run);
+  WriteFileWhole(out / "residuals.csv", FormatResiduals(run, residuals));
+  const std::string report = arguments.no_report ? "" : WriteReport(run, sets, residuals, arguments);
   Emit(arguments,
        FormatReport(run) + (run.wagon ? FormatWagon(*run.wagon) : "") +
-           fmt::format("Written: {0}/parameters.toml {1}{0}/result.json {0}/residuals.csv\n", arguments.out,
-                       HasCauses(run) ? arguments.out + "/parameters_plain.toml " : ""),
+           fmt::format("Written: {0}/parameters.toml {1}{0}/result.json {0}/residuals.csv\n{2}", arguments.out,
+                       HasCauses(run) ? arguments.out + "/parameters_plain.toml " : "", report),
        json);
   bool trustworthy = warnings.empty() && (!run.wagon || run.wagon->Complete());
   for (const Identification& id : run.directions) trustworthy &= id.warnings.empty();
@@ -337,6 +357,7 @@ int Main(int argc, char** argv) {
       ->check(CLI::NonNegativeNumber);
   app.add_option("--seed", arguments.identify.starts.seed, "seed of the scattered starts")->capture_default_str();
   app.add_flag("--no-diagnosis", arguments.no_diagnosis, "fit the plain model only; do not ask what it lacks");
+  app.add_flag("--no-report", arguments.no_report, "do not write the report (report.html, figures/)");
   AddValidateOptions(&app, /*runs=*/true, &arguments);
   app.add_option("--threads", arguments.identify.threads, "threads; 0: all of the machine")
       ->capture_default_str()
@@ -363,6 +384,7 @@ int Main(int argc, char** argv) {
       "  identify effects | less\n"
       "  identify effects --json - | jq '.effects[].id'");
   AddOutputOptions(effects, &arguments);
+  const std::vector<Command> commands{AddDigitiseCommand(&app), AddTrackCommand(&app)};
 
   try {
     app.parse(argc, argv);
@@ -370,7 +392,10 @@ int Main(int argc, char** argv) {
       arguments.read.direction = arguments.direction == "lateral" ? Direction::kLateral : Direction::kLongitudinal;
     if (compare->parsed()) return RunCompare(arguments);
     if (effects->parsed()) return RunEffects(arguments);
+    for (const Command& command : commands)
+      if (command.app->parsed()) return command.run();
     if (arguments.records.empty()) throw CLI::RequiredError("records");
+    if (!arguments.no_report) arguments.provenance = DescribeCommandLine(argc, argv, app, arguments.records);
     return RunIdentify(arguments);
   } catch (const CLI::ParseError& error) {
     return app.exit(error) == 0 ? kAllDone : kNothingDone;

@@ -347,4 +347,12 @@ Noise EstimateNoise(std::span<const double> t, std::span<const double> y) {
   return noise;
 }
 
+Noise EstimateNoise(std::span<const double> t, std::span<const double> y, std::span<const double> stated) {
+  Noise noise = EstimateNoise(t, y);
+  double square = 0;
+  for (const double s : stated) square += s * s;
+  if (!stated.empty()) noise.sigma = std::max(noise.sigma, std::sqrt(square / static_cast<double>(stated.size())));
+  return noise;
+}
+
 }  // namespace uiclink

@@ -29,6 +29,11 @@ struct Noise {
 /// @throws std::invalid_argument when t and y differ in length, hold fewer than 16 values, or t does not increase.
 Noise EstimateNoise(std::span<const double> t, std::span<const double> y);
 
+/// Noise of a record that states the standard deviation of each sample (digitised, tracked): sigma is no less than
+/// their rms. Such samples err together over some of their neighbours, so the readings alone look far quieter than they
+/// are. Without stated values as EstimateNoise(t, y).
+Noise EstimateNoise(std::span<const double> t, std::span<const double> y, std::span<const double> stated);
+
 /// Step of the lattice that the readings lie on, allowing for a coarser lattice behind the print: values that are
 /// multiples of 0.015625 mm (plus any offset), printed with three decimals. Same unit as `y`; 0 where there is none.
 double FindQuantum(std::span<const double> y);

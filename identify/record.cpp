@@ -137,8 +137,8 @@ double Median(std::vector<double> values) {
   return *middle;
 }
 
-/// Gaps are faults where the steps are otherwise even (nine of ten within 10 % of the median); an irregular record is
-/// taken as it is, with a notice of how irregular.
+/// Gaps are faults where the steps are otherwise even (nine of ten within 10 % of the median) and the record does not
+/// say itself that samples are missing; such a record, and an irregular one, is taken as it is, with a notice.
 void JudgeIrregularSteps(const RawRecord& raw, const std::string& file, Record* record) {
   const std::vector<double>& t = raw.time;
   std::vector<double> steps(t.size() - 1);
@@ -156,6 +156,13 @@ void JudgeIrregularSteps(const RawRecord& raw, const std::string& file, Record* 
   }
   const auto before = static_cast<std::size_t>(gap - steps.begin());
   const auto gaps = std::count_if(steps.begin(), steps.end(), is_gap);
+  if (raw.header.samples_missing) {
+    const double longest = *std::max_element(steps.begin(), steps.end());
+    record->sampling_hz = SnapRate(1 / median);
+    record->notices.push_back(fmt::format("samples are missing, as the record says: {} gap{} of up to {:.4g} ms", gaps,
+                                          gaps == 1 ? "" : "s", 1e3 * longest));
+    return;
+  }
   std::string message = fmt::format(
       "expected a sample about {:.4g} ms after {:.6g} s, found the next one after {:.4g} ms (about {:.0f} missing); "
       "use the part before or after the gap, or give --rate HZ if only the time stamps are wrong",
@@ -280,12 +287,14 @@ void SetDisplacement(RawRecord* raw, const std::string& file, const ReadOptions&
   const Unit unit = FindRecordUnit(raw->header, options, file);
   RequireBelievable(*raw, unit, file);
   RequireMotion(*raw, unit, file, record);
-  if (raw->columns > 2 && !options.column) {
+  if (raw->columns > 2 && !options.column && raw->uncertainty.empty()) {
     record->notices.push_back(
         fmt::format("column {} of {} is used as displacement (--column N)", raw->value_column, raw->columns));
   }
   for (double& value : raw->value) value *= unit.metres;
   record->y = std::move(raw->value);
+  for (double& value : raw->uncertainty) value = std::abs(value) * unit.metres;
+  record->uncertainty = std::move(raw->uncertainty);
 }
 
 // --- the measurement -------------------------------------------------------------------------------------------------

@@ -23,16 +23,17 @@ struct ReadOptions {
 
 /// A measured ring-down. Displacements are the sensor's, in metres, never zero-shifted.
 struct Record {
-  std::string file;                    ///< as given by the user
-  std::optional<Direction> direction;  ///< option, header, column name or file name; empty where none of them says
-  double mass_kg = 378.2;              ///< mass on the link (thesis, 4.2) unless header or option say otherwise
-  double g = kThesisGravity;           ///< [m/s^2]
-  double sampling_hz = 0;              ///< mean rate [Hz]
-  bool uniform = true;                 ///< equally spaced samples: t[i] = t[0] + i / sampling_hz
-  std::vector<double> t;               ///< time [s], strictly increasing
-  std::vector<double> y;               ///< displacement [m], same length as t
-  std::string source;                  ///< "# source:" of the header
-  std::vector<std::string> notices;    ///< what was assumed, in words for the user ("mass 378.2 kg assumed ...")
+  std::string file;                      ///< as given by the user
+  std::optional<Direction> direction;    ///< option, header, column name or file name; empty where none of them says
+  double mass_kg = 378.2;                ///< mass on the link (thesis, 4.2) unless header or option say otherwise
+  double g = kThesisGravity;             ///< [m/s^2]
+  double sampling_hz = 0;                ///< mean rate [Hz]
+  bool uniform = true;                   ///< equally spaced samples: t[i] = t[0] + i / sampling_hz
+  std::vector<double> t;                 ///< time [s], strictly increasing
+  std::vector<double> y;                 ///< displacement [m], same length as t
+  std::vector<double> uncertainty = {};  ///< stated standard deviation of each y [m]; empty where none is stated
+  std::string source;                    ///< "# source:" of the header
+  std::vector<std::string> notices;      ///< what was assumed, in words for the user ("mass 378.2 kg assumed ...")
 };
 
 /// Fewest samples that the reader accepts. Less than two periods of eight samples say nothing about a decay.
@@ -54,6 +55,8 @@ std::string DisplacementUnits();
 /// with one. One column is the displacement and needs a rate (option, header, or a header's value line: a numeric line
 /// below a row of as many words, whose number of columns differs from that of all lines that follow).
 /// With a rate from the options the time column, if there is one, is not used.
+///
+/// A third column named "uncertainty..." holds the standard deviation of each displacement, in the same unit.
 ///
 /// MATLAB: levels 4, 5 and 7.3. A matrix with time in its first column, or a time vector (t, time, ...) and series of
 /// the same length; structs count as "struct.field", cell arrays of pieces are joined, as are pairs of time and

@@ -199,7 +199,7 @@ std::string NeverSlides(const Phases& phases, double g) {
 FitData RecordResult::Data() const { return MakeFitData(record, noise, phases); }
 
 void PrepareRecord(const SineFitOptions& options, RecordResult* result) {
-  result->noise = EstimateNoise(result->record.t, result->record.y);
+  result->noise = EstimateNoise(result->record.t, result->record.y, result->record.uncertainty);
   result->phases = FindPhases(result->record, result->noise);
   result->used = result->phases.usable;
   result->reason = result->phases.reason;

@@ -125,6 +125,12 @@ void SetHeaderKey(std::string_view key, std::string_view value, const std::strin
     header->g = PositiveValue(value, "an acceleration of gravity", "m/s^2", file, line);
   } else if (name == "sampling_hz") {
     header->sampling_hz = PositiveValue(value, "a sampling rate", "Hz", file, line);
+  } else if (name == "missing_samples") {
+    const std::optional<double> number = ParseNumber(value);
+    if (!number || !(*number >= 0)) {
+      throw InputError(file, line, fmt::format("expected a number of missing samples, found {}", Quote(value)));
+    }
+    header->samples_missing = *number > 0;
   } else if (name == "displacement_unit") {
     header->unit = UnitValue(value, file, line);
   } else if (name == "source") {

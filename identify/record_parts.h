@@ -29,6 +29,7 @@ struct Header {
   std::optional<double> mass_kg;
   std::optional<double> g;
   std::optional<double> sampling_hz;
+  bool samples_missing = false;  ///< "missing_samples": the writer knows of gaps in the times
   const Unit* unit = nullptr;                 ///< "displacement_unit"
   const Unit* column_unit = nullptr;          ///< in the brackets of the column's name
   std::optional<Direction> column_direction;  ///< the column's name is a direction
@@ -62,10 +63,11 @@ class SampleLines {
 
 /// The columns that were asked for, before anybody judges them.
 struct RawRecord {
-  std::vector<double> time;   ///< [s]; empty where the file has no time column or it was not read
-  std::vector<double> value;  ///< displacement in the unit of the file
-  int columns = 0;            ///< in the file
-  int value_column = 0;       ///< 1-based
+  std::vector<double> time;              ///< [s]; empty where the file has no time column or it was not read
+  std::vector<double> value;             ///< displacement in the unit of the file
+  std::vector<double> uncertainty = {};  ///< of each value, same unit; empty where the file has none
+  int columns = 0;                       ///< in the file
+  int value_column = 0;                  ///< 1-based
   SampleLines lines;
   Header header;
 };

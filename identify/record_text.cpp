@@ -157,6 +157,7 @@ class TextReader {
   }
 
  private:
+  static constexpr ColumnChoice kUncertainty{.time = 0, .value = 3};
   static constexpr std::size_t kTypicalLine = 14;  // "12.345\t-12.345\n"
 
   void ReadLine(std::string_view line, int number, bool terminated) {
@@ -170,11 +171,12 @@ class TextReader {
       header_row_ = {line, number};
       comment_ = {};
       ReadColumnNames(header_row_, layout_, &raw_.header, &time_unit_);
+      uncertain_ = NamesUncertainty(line);
     } else if (row.columns != layout_.columns) {
       WrongColumns(row, line, number, terminated);
     } else {
       StartData();
-      ReadRow(row, number);
+      ReadRow(row, line, number);
     }
   }
 
@@ -223,12 +225,22 @@ class TextReader {
     if (names.column_direction) raw_.header.column_direction = names.column_direction;
   }
 
-  void ReadRow(const Row& row, int number) {
+  /// "time_s displacement_mm uncertainty_mm": what digitised and tracked records say of each sample.
+  bool NamesUncertainty(std::string_view names) const {
+    if (layout_.columns != kUncertainty.value || layout_.choice.value != kUncertainty.value - 1) return false;
+    return Lower(Split(OwnSeparator(names), names, kUncertainty).value).starts_with("uncertainty");
+  }
+
+  void ReadRow(const Row& row, std::string_view line, int number) {
     if (layout_.choice.time > 0) {
       raw_.time.push_back(ReadField(row.time, "a time in seconds", number, &faults_) * time_unit_);
     }
     raw_.lines.Add(raw_.value.size(), number);
     raw_.value.push_back(ReadField(row.value, "a displacement", number, &faults_));
+    if (uncertain_) {
+      const std::string_view field = Split(layout_.separator, line, kUncertainty).value;
+      raw_.uncertainty.push_back(ReadField(field, "an uncertainty", number, &faults_));
+    }
   }
 
   Layout layout_;
@@ -239,6 +251,7 @@ class TextReader {
   Line comment_;     // the last comment above the data, without its sign
   double time_unit_ = 1;
   bool in_data_ = false;
+  bool uncertain_ = false;  // the third column holds the uncertainty of the second
 };
 
 /// Binary files in text's clothing: say what they are.

@@ -6,16 +6,19 @@
 #include <cmath>
 
 #include "identify/report_diagnosis.h"
+#include "identify/report_tables.h"
 #include "model/closed_form.h"
 #include "reports/text_table.h"
+#include "reports/wrap.h"
 
 namespace uiclink {
-namespace {
 
 std::string FileName(const std::string& path) {
   const std::size_t slash = path.find_last_of('/');
   return slash == std::string::npos ? path : path.substr(slash + 1);
 }
+
+namespace {
 
 std::string Millimetres(double metres, int decimals) { return fmt::format("{:.{}f}", 1e3 * metres, decimals); }
 
@@ -28,7 +31,9 @@ std::vector<int> ListedQuantities(int sliders) {
   return listed;
 }
 
-std::string FormatRecords(const Identification& id) {
+}  // namespace
+
+TextTable MakeRecordTable(const Identification& id) {
   const bool one = id.sliders == 1;
   TextTable table;
   table.AddColumn("record", TextTable::Align::kLeft);
@@ -53,8 +58,10 @@ std::string FormatRecords(const Identification& id) {
                   fmt::format("{:.5f}", CalcQuantity(r.link, friction)), Millimetres(r.start[2], 3),
                   Millimetres(r.rms, 4), fmt::format("{:.2f}", r.rms / r.noise.sigma)});
   }
-  return table.Format(2);
+  return table;
 }
+
+namespace {
 
 std::string FormatPopulation(const Population& population, double unit = 1) {
   if (!(population.spread > 0)) return fmt::format("{:.4g}", population.mean / unit);  // one record has no spread
@@ -66,7 +73,9 @@ std::string Bound(double value, double std, bool open, const char* mark) {
   return (open ? std::string(mark) : "") + Round(value, std);
 }
 
-std::string FormatParameters(const Identification& id) {
+}  // namespace
+
+TextTable MakeParameterTable(const Identification& id) {
   const int n = id.sliders;
   TextTable table;
   table.AddColumn("parameter", TextTable::Align::kLeft);
@@ -94,8 +103,10 @@ std::string FormatParameters(const Identification& id) {
                   Bound(e.low, e.std, e.low_open, "< "), Bound(e.high, e.std, e.high_open, "> "),
                   id.shared ? "" : Round(e.spread, e.std)});
   }
-  return table.Format(2);
+  return table;
 }
+
+namespace {
 
 /// The published k by the number of the extremum that it was read from.
 struct BiasBin {
@@ -119,17 +130,21 @@ std::vector<BiasBin> BinBias(const Identification& id) {
   return bins;
 }
 
-/// The built-in test for the bias of the method: a stiffness cannot depend on the extremum that it is read from.
-std::string FormatBias(const Identification& id) {
+}  // namespace
+
+std::string DescribeBias(const Identification& id) {
   const std::vector<BiasBin> bins = BinBias(id);
   if (bins.empty()) return "";
   const double shift = CalcQuantity(id.link, SumOfFriction(id.sliders)) / id.link.k;
-  std::string text = fmt::format(
-      "  Bias of the published method: from the largest extremum it reads k = {:.2f}, {:.0f} % above the fit. It fits "
-      "a\n"
-      "  sine about zero, but while the joints slide the centre of the motion sits at -+T0/k = {:.1f} mm; the closed\n"
-      "  form expects {:+.0f} %. Its k depends on the extremum that it is read from, which a stiffness cannot:\n",
+  return fmt::format(
+      "Bias of the published method: from the largest extremum it reads k = {:.2f}, {:.0f} % above the fit. It fits a "
+      "sine about zero, but while the joints slide the centre of the motion sits at -+T0/k = {:.1f} mm; the closed "
+      "form expects {:+.0f} %. Its k depends on the extremum that it is read from, which a stiffness cannot:",
       id.sine.k.mean, 100 * (id.sine.k.mean / id.link.k - 1), 1e3 * shift, 100 * bins[0].expected / bins[0].arcs);
+}
+
+TextTable MakeBiasTable(const Identification& id) {
+  const std::vector<BiasBin> bins = BinBias(id);
   TextTable table;
   table.AddColumn("extremum", TextTable::Align::kLeft);
   table.AddColumn("records");
@@ -142,11 +157,10 @@ std::string FormatBias(const Identification& id) {
                   fmt::format("{:.2f}", bin.published / bin.arcs),
                   fmt::format("{:.2f}", id.link.k * (1 + bin.expected / bin.arcs))});
   }
-  return text + table.Format(2);
+  return table;
 }
 
-std::string FormatChoice(const Identification& id) {
-  if (id.choices.empty()) return "";
+TextTable MakeChoiceTable(const Identification& id) {
   TextTable table;
   table.AddColumn("sliders");
   table.AddColumn("penalised likelihood\n(less is better)");
@@ -155,19 +169,21 @@ std::string FormatChoice(const Identification& id) {
   for (const SliderChoice& choice : id.choices)
     table.AddRow({fmt::format("{}", choice.sliders), fmt::format("{:.0f}", choice.penalised),
                   Millimetres(choice.held_out_rms, 4), choice.chosen ? "chosen" : ""});
-  return table.Format(2) + "\n";
+  return table;
 }
 
-std::string FormatSharing(const Identification& id) {
-  if (id.CountUsed() < 2) return "  One record: nothing can be said about scatter between records.\n";
+std::string DescribeSharing(const Identification& id) {
+  if (id.CountUsed() < 2) return "One record: nothing can be said about scatter between records.";
   if (id.shared)
-    return fmt::format("  The records share one link (test of equal k, sum ki, sum T0i: p = {:.2g}); one joint fit.\n",
+    return fmt::format("The records share one link (test of equal k, sum ki, sum T0i: p = {:.2g}); one joint fit.",
                        id.sharing.p_value);
   return fmt::format(
-      "  The records do not share one link ({}): each has its own values, the table gives mean and spread;\n"
-      "  std and bounds belong to the mean.\n",
+      "The records do not share one link ({}): each has its own values, the table gives mean and spread; std and "
+      "bounds belong to the mean.",
       id.sharing.p_value < 1e-6 ? "p < 1e-6" : fmt::format("p = {:.1g}", id.sharing.p_value));
 }
+
+namespace {
 
 /// k and the sums, as far as their bounds are closed.
 std::string ListDetermined(const Identification& id) {
@@ -181,27 +197,34 @@ std::string ListDetermined(const Identification& id) {
   return names;
 }
 
-std::string FormatTrust(const Identification& id) {
+}  // namespace
+
+std::vector<std::string> DescribeTrust(const Identification& id) {
   int starts = 0, agreeing = 0;
   for (const RecordResult& r : id.records) starts += r.starts, agreeing += r.starts_agreeing;
-  std::string text;
-  if (starts > 0) text += fmt::format("  {} of {} scattered starts end at the same minimum.\n", agreeing, starts);
-  text += fmt::format("  rms {:.4f} mm, noise {:.4f} mm, rms/noise {:.2f}: ", 1e3 * id.rms, 1e3 * id.noise,
-                      id.rms / id.noise);
-  text += id.rms < 1.05 * id.noise ? "the model explains the records down to their noise.\n"
-                                   : "the model leaves structure in the residuals.\n"
-                                     "  What it lacks may shift every value; the bounds hold what parts of the records "
-                                     "give, but not its cause.\n";
+  std::vector<std::string> words;
+  if (starts > 0) words.push_back(fmt::format("{} of {} scattered starts end at the same minimum.", agreeing, starts));
+  words.push_back(fmt::format("rms {:.4f} mm, noise {:.4f} mm, rms/noise {:.2f}: ", 1e3 * id.rms, 1e3 * id.noise,
+                              id.rms / id.noise) +
+                  (id.rms < 1.05 * id.noise
+                       ? "the model explains the records down to their noise."
+                       : "the model leaves structure in the residuals. What it lacks may shift every value; the bounds "
+                         "hold what parts of the records give, but not its cause."));
   if (!id.unidentifiable.empty()) {
-    text += "  Not determined by these records: ";
+    std::string text = "Not determined by these records: ";
     for (std::size_t i = 0; i < id.unidentifiable.size(); ++i) text += (i == 0 ? "" : "; ") + id.unidentifiable[i];
-    text += ".\n";
+    words.push_back(text + ".");
     const std::string determined = ListDetermined(id);
-    if (!determined.empty()) text += "  Determined, to the stated bounds: " + determined + ".\n";
+    if (!determined.empty()) words.push_back("Determined, to the stated bounds: " + determined + ".");
   }
-  for (const std::string& warning : id.warnings) text += "  warning: " + warning + "\n";
-  return text;
+  for (const std::string& warning : id.warnings) words.push_back("warning: " + warning);
+  return words;
 }
+
+namespace {
+
+constexpr std::size_t kColumns = 110;  // of the terminal
+constexpr std::size_t kIndent = 2;
 
 std::string FormatLeftOut(const RunResult& run) {
   std::string text;
@@ -229,8 +252,14 @@ std::string FormatReport(const RunResult& run) {
     text +=
         fmt::format("{}: {} record{}, {} slider{}, M = {:g} kg, g = {:g} m/s^2\n\n", Name(id.direction), id.CountUsed(),
                     id.CountUsed() == 1 ? "" : "s", id.sliders, id.sliders == 1 ? "" : "s", used.record.mass_kg, id.g);
-    text += FormatRecords(id) + "\n" + FormatParameters(id) + "\n" + FormatChoice(id);
-    text += FormatSharing(id) + FormatTrust(id) + "\n" + FormatBias(id) + "\n";
+    text += MakeRecordTable(id).Format(2) + "\n" + MakeParameterTable(id).Format(2) + "\n";
+    if (!id.choices.empty()) text += MakeChoiceTable(id).Format(2) + "\n";
+    text += Paragraph(DescribeSharing(id), kIndent, kColumns);
+    for (const std::string& words : DescribeTrust(id)) text += Paragraph(words, kIndent, kColumns);
+    text += "\n";
+    if (const std::string bias = DescribeBias(id); !bias.empty())
+      text += Paragraph(bias, kIndent, kColumns) + MakeBiasTable(id).Format(2);
+    text += "\n";
     text += fmt::format("  {} model evaluations, {:.2f} s\n\n", id.evaluations, id.wall_s);
     if (!run.diagnoses.empty()) text += FormatDiagnosis(id, run.diagnoses[d]);
   }

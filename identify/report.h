@@ -52,6 +52,16 @@ bool HasCauses(const RunResult& run);
 /// measured, modelled and extended are readings (the sensor's zero is kept); residual = measured - modelled.
 std::string FormatResiduals(const RunResult& run);
 
+/// What the models leave of the fitted samples of the used records of a direction, model - reading [m], by record.
+struct ReadingResiduals {
+  std::vector<std::vector<double>> plain;
+  std::vector<std::vector<double>> extended;  ///< those of the plain model where no cause was named
+};
+/// One per direction.
+std::vector<ReadingResiduals> CalcReadingResiduals(const RunResult& run);
+/// The same as FormatResiduals(run), from what CalcReadingResiduals(run) gave.
+std::string FormatResiduals(const RunResult& run, std::span<const ReadingResiduals> residuals);
+
 /// Share by which the published frequency method is expected to read k too high, from the closed form, for one arc.
 double CalcExpectedBias(const Identification& identification, const SineFit& sine, const SlidingArc& arc);
 

@@ -8,6 +8,7 @@
 
 #include "identify/gain_by_amplitude.h"
 #include "identify/report.h"
+#include "identify/report_tables.h"
 #include "reports/text_table.h"
 #include "reports/wrap.h"
 
@@ -38,12 +39,13 @@ std::string Item(const std::string& text) {
   return std::string(kIndent, ' ') + "- " + Replace(Wrap(Bound(text), kIndent + 2, kColumns), "\u00a0", " ") + '\n';
 }
 
+}  // namespace
+
 std::string FormatP(double p) {
   if (p < 1e-6) return "< 1e-6";
   return p > 0.995 ? "1" : fmt::format("{:.1g}", p);
 }
 
-/// "49.4", "1.003"
 std::string FormatRatio(double ratio) {
   return std::isfinite(ratio) ? fmt::format("{:.{}f}", ratio, ratio < 10 ? 2 : 1) : "-";
 }
@@ -52,6 +54,8 @@ std::string FormatMm(double metres) {
   const double mm = 1e3 * metres;
   return fmt::format("{:.{}f}", mm, mm < 0.1 ? 4 : 3);
 }
+
+namespace {
 
 /// Metres are told as millimetres.
 double UnitScale(const EffectEstimate& e) { return e.unit == "m" ? 1e3 : 1; }
@@ -67,14 +71,17 @@ std::string FormatEstimate(const EffectEstimate& e) {
   return text;
 }
 
+}  // namespace
+
 std::string ListParameters(const std::vector<EffectEstimate>& parameters) {
   std::string list;
   for (const EffectEstimate& e : parameters) list += (list.empty() ? "" : ", ") + FormatEstimate(e);
   return list;
 }
 
-/// "friction of the rolling joints (rolling_friction)"
 std::string NameOf(const Effect& effect) { return fmt::format("{} ({})", effect.title, effect.id); }
+
+namespace {
 
 std::string ListNames(const std::vector<const Effect*>& effects) {
   std::string list;
@@ -172,6 +179,8 @@ std::string DescribeRepairs(const Cause& cause) {
                      cause.repairable, cause.repaired.size(), list);
 }
 
+}  // namespace
+
 std::string DescribeRivals(const Cause& cause) {
   if (cause.rivals.empty()) return "No other effect does as well in its place.";
   std::string text = fmt::format(
@@ -181,7 +190,7 @@ std::string DescribeRivals(const Cause& cause) {
   return text + ".";
 }
 
-std::string FormatCause(const Diagnosis& diagnosis, const Cause& cause) {
+std::string DescribeCause(const Diagnosis& diagnosis, const Cause& cause) {
   const double noise = diagnosis.extended.structure.noise;
   std::string text = fmt::format("{}: {}.", cause.effect->id, cause.effect->signature.text);
   for (const EffectEstimate& e : cause.parameters) text += fmt::format(" {}: {}.", e.symbol, e.meaning);
@@ -192,26 +201,32 @@ std::string FormatCause(const Diagnosis& diagnosis, const Cause& cause) {
                       cause.p_value < 1e-6 ? "" : "= ", FormatP(cause.p_value));
   for (const std::string& more : {DescribeRivals(cause), DescribeRepairs(cause)})
     if (!more.empty()) text += " " + more;
-  return Item(text);
+  return text;
 }
+
+namespace {
 
 std::string FormatCauses(const Diagnosis& diagnosis) {
   std::string text;
-  for (const Cause& cause : diagnosis.causes) text += FormatCause(diagnosis, cause);
+  for (const Cause& cause : diagnosis.causes) text += Item(DescribeCause(diagnosis, cause));
   return text.empty() ? "" : text + "\n";
 }
 
 // ---------------------------------------------------------------- parameters
 
-std::string DescribeSharing(const Identification& id, const ExtendedResult& extended) {
+}  // namespace
+
+std::string DescribeSharingChange(const Identification& id, const ExtendedResult& extended) {
   if (id.CountUsed() < 2) return "";
   const bool shares = extended.sharing == Sharing::kLink;
   if (shares == id.shared) return "";
-  return Tell(
-      fmt::format("With the named cause in the model the records share one link (p = {}): what looked like "
-                  "scatter between records was what the model lacked.",
-                  FormatP(extended.sharing_p)));
+  return fmt::format(
+      "With the named cause in the model the records share one link (p = {}): what looked like scatter between records "
+      "was what the model lacked.",
+      FormatP(extended.sharing_p));
 }
+
+namespace {
 
 void AddLinkRows(const Identification& id, const Diagnosis& diagnosis, TextTable* table) {
   for (const ParameterShift& shift : CalcParameterShifts(id, diagnosis)) {
@@ -227,7 +242,9 @@ void AddLinkRows(const Identification& id, const Diagnosis& diagnosis, TextTable
   }
 }
 
-std::string FormatLinkParameters(const Identification& id, const Diagnosis& diagnosis) {
+}  // namespace
+
+TextTable MakeLinkTable(const Identification& id, const Diagnosis& diagnosis) {
   TextTable table;
   table.AddColumn("parameter", Align::kLeft);
   table.AddColumn("unit", Align::kLeft);
@@ -240,11 +257,10 @@ std::string FormatLinkParameters(const Identification& id, const Diagnosis& diag
   table.AddColumn("plain is\noff by");
   table.AddColumn("in std of\nthe plain");
   AddLinkRows(id, diagnosis, &table);
-  return table.Format(kIndent);
+  return table;
 }
 
-std::string FormatEffectParameters(const std::vector<EffectEstimate>& effects) {
-  if (effects.empty()) return "";
+TextTable MakeEffectTable(const std::vector<EffectEstimate>& effects) {
   TextTable table;
   table.AddColumn("effect", Align::kLeft);
   table.AddColumn("parameter", Align::kLeft);
@@ -258,20 +274,26 @@ std::string FormatEffectParameters(const std::vector<EffectEstimate>& effects) {
     table.AddRow({std::string(e.effect->id), e.symbol, UnitName(e), Round(scale * e.value, std), Round(std, std),
                   Round(scale * e.low, std), Round(scale * e.high, std)});
   }
-  return table.Format(kIndent);
+  return table;
 }
+
+namespace {
 
 std::string FormatParameters(const Identification& id, const Diagnosis& diagnosis) {
   if (!diagnosis.HasCauses()) return "";
-  return Tell("How far the plain model's values were off because this was missing:") +
-         FormatLinkParameters(id, diagnosis) + DescribeSharing(id, diagnosis.extended) + "\n" +
-         FormatEffectParameters(diagnosis.extended.effects) + "\n";
+  std::string text = Tell("How far the plain model's values were off because this was missing:") +
+                     MakeLinkTable(id, diagnosis).Format(kIndent);
+  if (const std::string change = DescribeSharingChange(id, diagnosis.extended); !change.empty()) text += Tell(change);
+  text += "\n";
+  if (!diagnosis.extended.effects.empty()) text += MakeEffectTable(diagnosis.extended.effects).Format(kIndent);
+  return text + "\n";
 }
 
 // ---------------------------------------------------------------- gain by amplitude
 
-std::string FormatGain(const Identification& id, const Diagnosis& diagnosis) {
-  if (!diagnosis.HasCauses()) return "";
+}  // namespace
+
+TextTable MakeGainTable(const Identification& id, const Diagnosis& diagnosis) {
   std::vector<const RecordResult*> records;
   for (const std::size_t i : id.UsedIndices()) records.push_back(&id.records[i]);
   TextTable table;
@@ -287,7 +309,15 @@ std::string FormatGain(const Identification& id, const Diagnosis& diagnosis) {
                   FormatMm(range.rms_before), FormatMm(range.rms_after), FormatRatio(range.rms_before / range.noise),
                   FormatRatio(range.rms_after / range.noise)});
   }
-  return Tell("What the extended model gains while the motion has some amplitude:") + table.Format(kIndent) + "\n";
+  return table;
+}
+
+namespace {
+
+std::string FormatGain(const Identification& id, const Diagnosis& diagnosis) {
+  if (!diagnosis.HasCauses()) return "";
+  return Tell("What the extended model gains while the motion has some amplitude:") +
+         MakeGainTable(id, diagnosis).Format(kIndent) + "\n";
 }
 
 // ---------------------------------------------------------------- symptoms
@@ -307,31 +337,24 @@ std::string DescribeSymptom(const Diagnosis& diagnosis, const Symptom& symptom) 
   return fmt::format("{} (z = {:.{}f}{})", symptom.sentence, symptom.z, std::abs(symptom.z) < 100 ? 1 : 0, left);
 }
 
-std::string FormatSymptoms(const Diagnosis& diagnosis) {
-  std::string list, methods;
-  std::size_t told = 0, more = 0;
+}  // namespace
+
+SymptomWords DescribeSymptoms(const Diagnosis& diagnosis, std::size_t most) {
+  SymptomWords words;
   for (const Symptom& symptom : diagnosis.symptoms.list) {
     if (!symptom.IsSignificant() || IsSizeOnly(symptom)) continue;
     if (!symptom.of_model) {
-      methods += Item("a bias of the method, which no model repairs: " + symptom.sentence);
-    } else if (told < kMostSymptoms) {
-      list += Item(DescribeSymptom(diagnosis, symptom));
-      ++told;
+      words.of_method.push_back("a bias of the method, which no model repairs: " + symptom.sentence);
+    } else if (words.of_model.size() < most) {
+      words.of_model.push_back(DescribeSymptom(diagnosis, symptom));
     } else {
-      ++more;
+      ++words.more;
     }
   }
-  if (list.empty() && methods.empty()) return "";
-  if (more > 0) list += Item(fmt::format("and {} more (result.json: diagnosis.symptoms)", more));
-  const std::string head = list.empty() ? "The plain model gets nothing wrong that an engineer would look for."
-                                        : fmt::format(
-                                              "What the plain model gets wrong, surest first (z: difference over its "
-                                              "standard error; chance seldom gives more than {:g}):",
-                                              kSymptomThreshold);
-  return Tell(head) + list + methods + "\n";
+  return words;
 }
 
-std::string FormatMissingForce(const Diagnosis& diagnosis) {
+std::string DescribeMissingForce(const Diagnosis& diagnosis) {
   if (!diagnosis.missing_force) return "";
   const MissingForce& force = *diagnosis.missing_force;
   std::string text = "The force that the model lacks, read along the measured motion and divided by the load M g: it " +
@@ -341,7 +364,29 @@ std::string FormatMissingForce(const Diagnosis& diagnosis) {
       "of time {:.0f} % (they overlap).",
       100 * force.share_of_y, 100 * force.share_of_v, 100 * force.share_of_t);
   if (diagnosis.HasCauses()) text += " What the named causes do to the mass is in this force.";
-  return Tell(text) + "\n";
+  return text;
+}
+
+namespace {
+
+std::string FormatSymptoms(const Diagnosis& diagnosis) {
+  const SymptomWords words = DescribeSymptoms(diagnosis, kMostSymptoms);
+  if (words.of_model.empty() && words.of_method.empty()) return "";
+  std::string list;
+  for (const std::string& sentence : words.of_model) list += Item(sentence);
+  if (words.more > 0) list += Item(fmt::format("and {} more (result.json: diagnosis.symptoms)", words.more));
+  for (const std::string& sentence : words.of_method) list += Item(sentence);
+  const std::string head = words.of_model.empty()
+                               ? "The plain model gets nothing wrong that an engineer would look for."
+                               : fmt::format(
+                                     "What the plain model gets wrong, surest first (z: difference over its "
+                                     "standard error; chance seldom gives more than {:g}):",
+                                     kSymptomThreshold);
+  return Tell(head) + list + "\n";
+}
+
+std::string FormatMissingForce(const Diagnosis& diagnosis) {
+  return diagnosis.missing_force ? Tell(DescribeMissingForce(diagnosis)) + "\n" : "";
 }
 
 // ---------------------------------------------------------------- candidates
@@ -354,17 +399,18 @@ std::string RoleOf(const Diagnosis& diagnosis, const Candidate& candidate) {
   return candidate.inadmissible.empty() ? "" : "impossible";
 }
 
-std::string ListImpossible(const Diagnosis& diagnosis) {
+}  // namespace
+
+std::string DescribeImpossible(const Diagnosis& diagnosis) {
   std::string list;
   for (const Candidate& candidate : diagnosis.candidates) {
     if (RoleOf(diagnosis, candidate) != "impossible") continue;
     list += fmt::format("{}{}: {}", list.empty() ? "" : "; ", candidate.effect->id, candidate.inadmissible);
   }
-  return list.empty() ? "" : Tell("Impossible: " + list + ".");
+  return list.empty() ? "" : "Impossible: " + list + ".";
 }
 
-std::string FormatCandidates(const Diagnosis& diagnosis) {
-  if (diagnosis.candidates.empty()) return "";
+TextTable MakeCandidateTable(const Diagnosis& diagnosis) {
   TextTable table;
   table.AddColumn("effect", Align::kLeft);
   table.AddColumn("u");
@@ -380,21 +426,38 @@ std::string FormatCandidates(const Diagnosis& diagnosis) {
                   c.refitted ? FormatRatio(c.rms_over_noise) : "-",
                   c.refitted ? fmt::format("{:.0f}", c.delta_bic) : "-", c.refitted ? FormatP(c.p_value) : "-",
                   RoleOf(diagnosis, c)});
-  return Tell(
-             "Every effect of the catalogue, each added to the plain model by itself, best first. u: share of its "
-             "trace in the readings that the other unknowns cannot imitate (0: invisible). |cos|: likeness of its "
-             "trace to that of the effect most alike (1: the same). Delta BIC: misfit with a penalty for each unknown, "
-             "below 0 it is worth it. p: probability of chance, over the whole catalogue. -: nothing to gain, not "
-             "fitted.") +
-         table.Format(kIndent) + ListImpossible(diagnosis) + "\n";
+  return table;
+}
+
+std::string DescribeCandidates() {
+  return "Every effect of the catalogue, each added to the plain model by itself, best first. u: share of its "
+         "trace in the readings that the other unknowns cannot imitate (0: invisible). |cos|: likeness of its "
+         "trace to that of the effect most alike (1: the same). Delta BIC: misfit with a penalty for each unknown, "
+         "below 0 it is worth it. p: probability of chance, over the whole catalogue. -: nothing to gain, not "
+         "fitted.";
+}
+
+std::vector<std::string> DescribeUnseen() {
+  std::vector<std::string> words;
+  for (const Effect* effect : Effects())
+    if (!effect->unseen.empty())
+      words.push_back(
+          fmt::format("Not to be seen in such records, and so never named: {}: {}.", NameOf(*effect), effect->unseen));
+  return words;
+}
+
+namespace {
+
+std::string FormatCandidates(const Diagnosis& diagnosis) {
+  if (diagnosis.candidates.empty()) return "";
+  const std::string impossible = DescribeImpossible(diagnosis);
+  return Tell(DescribeCandidates()) + MakeCandidateTable(diagnosis).Format(kIndent) +
+         (impossible.empty() ? "" : Tell(impossible)) + "\n";
 }
 
 std::string FormatUnseen() {
   std::string text;
-  for (const Effect* effect : Effects())
-    if (!effect->unseen.empty())
-      text += Tell(
-          fmt::format("Not to be seen in such records, and so never named: {}: {}.", NameOf(*effect), effect->unseen));
+  for (const std::string& words : DescribeUnseen()) text += Tell(words);
   return text;
 }
 

@@ -152,43 +152,59 @@ std::vector<double> CalcPlainResiduals(const RecordResult& r) {
   return CalcResiduals(r.Data(), levels, shape, r.start);
 }
 
-/// Lines of one record; `extended` (model - reading [m]) is empty where there is no diagnosis.
-void AddResiduals(const RecordResult& r, std::span<const double> extended, fmt::memory_buffer* text) {
+/// Lines of one record.
+/// @param extended  null where there is no diagnosis.
+void AddResiduals(const RecordResult& r, const std::vector<double>& plain, const std::vector<double>* extended,
+                  fmt::memory_buffer* text) {
   const FitData data = r.Data();
   const std::string file = CsvField(r.record.file);
-  const std::vector<double> model_minus_reading = CalcPlainResiduals(r);
   for (std::size_t i = 0; i < data.size; ++i) {
     const double reading = 1e3 * r.record.y[data.first + i];
-    const double residual = -1e3 * model_minus_reading[i];
+    const double residual = -1e3 * plain[i];
     fmt::format_to(std::back_inserter(*text), "{},{:.9g},{:.5f},{:.5f},{:.5f}", file, r.record.t[data.first + i],
                    reading, reading - residual, residual);
-    if (!extended.empty())
-      fmt::format_to(std::back_inserter(*text), ",{:.5f},{:.5f}", reading + 1e3 * extended[i], -1e3 * extended[i]);
+    if (extended != nullptr && !extended->empty())
+      fmt::format_to(std::back_inserter(*text), ",{:.5f},{:.5f}", reading + 1e3 * (*extended)[i],
+                     -1e3 * (*extended)[i]);
     text->push_back('\n');
   }
 }
 
 }  // namespace
 
-std::string FormatResiduals(const RunResult& run) {
+std::vector<ReadingResiduals> CalcReadingResiduals(const RunResult& run) {
+  std::vector<ReadingResiduals> all;
+  for (std::size_t d = 0; d < run.directions.size(); ++d) {
+    const Identification& id = run.directions[d];
+    const Diagnosis* diagnosis = run.diagnoses.empty() ? nullptr : &run.diagnoses[d];
+    ReadingResiduals& residuals = all.emplace_back();
+    for (const std::size_t i : id.UsedIndices()) {
+      const RecordResult& r = id.records[i];
+      residuals.plain.push_back(CalcPlainResiduals(r));
+      residuals.extended.push_back(diagnosis != nullptr && diagnosis->HasCauses()
+                                       ? CalcExtendedResiduals(r.Data(), diagnosis->extended.extension,
+                                                               diagnosis->extended.outcome.state,
+                                                               residuals.extended.size())
+                                       : residuals.plain.back());
+    }
+  }
+  return all;
+}
+
+std::string FormatResiduals(const RunResult& run, std::span<const ReadingResiduals> residuals) {
   fmt::memory_buffer text;
   fmt::format_to(std::back_inserter(text), "file,time_s,measured_mm,modelled_mm,residual_mm{}\n",
                  run.diagnoses.empty() ? "" : ",extended_mm,extended_residual_mm");
   for (std::size_t d = 0; d < run.directions.size(); ++d) {
     const Identification& id = run.directions[d];
-    std::size_t used = 0;
-    for (const RecordResult& r : id.records) {
-      if (!r.used) continue;
-      std::vector<double> extended;
-      if (!run.diagnoses.empty())
-        extended = run.diagnoses[d].HasCauses() ? CalcExtendedResiduals(r.Data(), run.diagnoses[d].extended.extension,
-                                                                        run.diagnoses[d].extended.outcome.state, used)
-                                                : CalcPlainResiduals(r);
-      AddResiduals(r, extended, &text);
-      ++used;
-    }
+    const std::vector<std::size_t> used = id.UsedIndices();
+    for (std::size_t u = 0; u < used.size(); ++u)
+      AddResiduals(id.records[used[u]], residuals[d].plain[u],
+                   run.diagnoses.empty() ? nullptr : &residuals[d].extended[u], &text);
   }
   return fmt::to_string(text);
 }
+
+std::string FormatResiduals(const RunResult& run) { return FormatResiduals(run, CalcReadingResiduals(run)); }
 
 }  // namespace uiclink

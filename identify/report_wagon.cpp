@@ -11,6 +11,7 @@
 #include "data/parameter_set_file.h"
 #include "identify/extended_covariance.h"
 #include "identify/link_coordinates.h"
+#include "identify/report_tables.h"
 #include "reports/text_table.h"
 #include "reports/wrap.h"
 
@@ -121,7 +122,9 @@ void AddHunting(const std::optional<HuntingRun>& run, std::vector<std::string>* 
                                fmt::format("{:.1f}", 1e-3 * run->minimum_wheel_load)});
 }
 
-std::string FormatTable(const Validation& validation) {
+}  // namespace
+
+TextTable MakeWagonTable(const Validation& validation) {
   TextTable table;
   table.AddColumn("set", Align::kLeft);
   table.AddColumn("critical\n[m/s]");
@@ -142,8 +145,12 @@ std::string FormatTable(const Validation& validation) {
     AddHunting(row.hunting, &cells);
     table.AddRow(std::move(cells));
   }
-  return table.Format(kIndent);
+  return table;
 }
+
+namespace {
+
+using Words = std::vector<std::string>;  // a paragraph each
 
 std::string DescribeBounds(const Validation& validation) {
   const bool any = std::ranges::any_of(validation.rows, [](const ValidationRow& row) {
@@ -160,10 +167,9 @@ bool HasPlain(const Validation& validation) {
 }
 
 /// What rows and columns mean.
-std::string FormatExplanation(const Validation& validation) {
-  std::string text;
-  if (HasPlain(validation)) text += Tell("Plain model: the link that was identified without the named causes.");
-  text += Tell(
+void DescribeRows(const Validation& validation, Words* words) {
+  if (HasPlain(validation)) words->emplace_back("Plain model: the link that was identified without the named causes.");
+  words->push_back(
       fmt::format("Critical: linear critical speed, above which straight running is unstable, and the frequency "
                   "there.{}{}",
                   DescribeBounds(validation),
@@ -171,15 +177,15 @@ std::string FormatExplanation(const Validation& validation) {
                       ? " Type: hunting sets in gently (super, supercritical) or with a jump (sub); of the cycle of "
                         "0.1 mm that is born there."
                       : ""));
-  return text +
-         Tell(fmt::format("Hunting: at {:g} m/s, both wheelsets put {:g} mm beside the running equilibrium; amplitudes "
-                          "(half of peak to peak), impacts on the lateral guidance and the least wheel load are of the "
-                          "last {:g} of {:g} s.",
-                          validation.options.speed, 1e3 * kHuntingStart, kHuntingWindow, kHuntingDuration));
+  words->push_back(
+      fmt::format("Hunting: at {:g} m/s, both wheelsets put {:g} mm beside the running equilibrium; amplitudes "
+                  "(half of peak to peak), impacts on the lateral guidance and the least wheel load are of the "
+                  "last {:g} of {:g} s.",
+                  validation.options.speed, 1e3 * kHuntingStart, kHuntingWindow, kHuntingDuration));
 }
 
-/// Sets with the same notice share a line.
-std::string FormatNotices(const Validation& validation) {
+/// Sets with the same notice share a paragraph.
+void DescribeNotices(const Validation& validation, Words* words) {
   std::vector<std::pair<std::string, std::string>> lines;  // notice, names
   for (const ValidationRow& row : validation.rows) {
     for (const std::string& notice : row.notices) {
@@ -191,44 +197,41 @@ std::string FormatNotices(const Validation& validation) {
       }
     }
   }
-  std::string text;
-  for (const auto& [notice, names] : lines) text += Tell(fmt::format("{}: {}.", names, notice));
-  return text;
+  for (const auto& [notice, names] : lines) words->push_back(fmt::format("{}: {}.", names, notice));
 }
 
 /// What has to be said about one set.
-std::string FormatRemarks(const ValidationRow& row) {
-  std::string text;
+void DescribeRemarks(const ValidationRow& row, Words* words) {
   const std::string name = NameOf(row);
   if (!row.set.doubt.empty())
-    text += Tell(fmt::format("* {}: not to be trusted as it stands. {}.", name, row.set.doubt));
+    words->push_back(fmt::format("* {}: not to be trusted as it stands. {}.", name, row.set.doubt));
   if (row.hunting && row.hunting->longitudinal_impacts > 0)
-    text += Tell(fmt::format("{}: {} impacts on the longitudinal guidance.", name, row.hunting->longitudinal_impacts));
+    words->push_back(
+        fmt::format("{}: {} impacts on the longitudinal guidance.", name, row.hunting->longitudinal_impacts));
   if (row.hunting && !row.hunting->end_reason.empty())
-    text += Tell(fmt::format("{}: the hunting run ended after {:.2f} s: {}.", name, row.hunting->simulated,
-                             row.hunting->end_reason));
+    words->push_back(fmt::format("{}: the hunting run ended after {:.2f} s: {}.", name, row.hunting->simulated,
+                                 row.hunting->end_reason));
   if (row.critical_speed && !row.critical_speed->type_reason.empty())
-    text +=
-        Tell(fmt::format("{}: no type of the critical speed was found ({}).", name, row.critical_speed->type_reason));
-  for (const std::string& failure : row.failures) text += Tell(fmt::format("{}: failed: {}.", name, failure));
-  return text;
+    words->push_back(
+        fmt::format("{}: no type of the critical speed was found ({}).", name, row.critical_speed->type_reason));
+  for (const std::string& failure : row.failures) words->push_back(fmt::format("{}: failed: {}.", name, failure));
 }
 
-/// Plain against extended, a line each.
-std::string FormatCauseCost(const Validation& validation) {
-  if (validation.cause_cost.empty()) return {};
-  std::string text = Tell("What it costs not to name the missing cause, plain less extended model (95 %):");
+/// Plain against extended, a paragraph each.
+void DescribeCauseCost(const Validation& validation, Words* words) {
+  if (validation.cause_cost.empty()) return;
+  words->emplace_back("What it costs not to name the missing cause, plain less extended model (95 %):");
   for (const CauseCost& cost : validation.cause_cost) {
     const std::string what =
         fmt::format("- {}: {:+.4f} +- {:.4f} {}", cost.name, cost.difference(), cost.half(), cost.unit);
-    text += Tell(cost.paired_half ? fmt::format("{}, from the two models' difference record by record (as if errors "
-                                                "were independent: +- {:.4f})",
-                                                what, cost.independent())
-                                  : fmt::format("{} at most, as if errors were independent (wholly correlated, as the "
-                                                "same records make them nearly: +- {:.4f})",
-                                                what, cost.narrowest_half()));
+    words->push_back(cost.paired_half
+                         ? fmt::format("{}, from the two models' difference record by record (as if errors were "
+                                       "independent: +- {:.4f})",
+                                       what, cost.independent())
+                         : fmt::format("{} at most, as if errors were independent (wholly correlated, as the "
+                                       "same records make them nearly: +- {:.4f})",
+                                       what, cost.narrowest_half()));
   }
-  return text;
 }
 
 /// Each set against the first.
@@ -254,41 +257,51 @@ std::string FormatDifferences(const Validation& validation) {
 }
 
 /// "identified: front lateral amplitude 0.62 +- 0.01 mm, ..."
-std::string FormatHuntingBounds(const Validation& validation, const ValidationRow& row) {
-  if (!validation.options.side_by_side || row.hunting_bounds.empty()) return {};
+void DescribeHuntingBounds(const Validation& validation, const ValidationRow& row, Words* words) {
+  if (!validation.options.side_by_side || row.hunting_bounds.empty()) return;
   std::string text;
   for (const HuntingBound& bound : row.hunting_bounds) {
     if (bound.value == 0 && bound.half == 0) continue;  // no impacts in any draw
     text += fmt::format("{}{} {:.3f} +- {:.3f}{}", text.empty() ? "" : ", ", bound.name, bound.value, bound.half,
                         bound.unit == "-" ? "" : " " + bound.unit);
   }
-  return Tell(fmt::format("{}: hunting, 95 % of {} draws that run on from it for {:g} s: {}.", NameOf(row),
-                          validation.options.hunting_draws, 2 * kHuntingWindow, text));
+  words->push_back(fmt::format("{}: hunting, 95 % of {} draws that run on from it for {:g} s: {}.", NameOf(row),
+                               validation.options.hunting_draws, 2 * kHuntingWindow, text));
 }
 
 /// Where the bounds of the critical speed come from.
-std::string FormatShares(const ValidationRow& row) {
-  if (!row.critical_speed || row.critical_speed->shares.empty()) return {};
+void DescribeShares(const ValidationRow& row, Words* words) {
+  if (!row.critical_speed || row.critical_speed->shares.empty()) return;
   std::string text;
   for (const SpeedShare& share : row.critical_speed->shares)
     if (std::abs(share.share) >= 5e-4)
       text += fmt::format("{}{} {:.1f} %", text.empty() ? "" : ", ", share.group, 100 * share.share);
-  return Tell(fmt::format("{}: variance of the critical speed: {}.", NameOf(row), text));
+  words->push_back(fmt::format("{}: variance of the critical speed: {}.", NameOf(row), text));
 }
 
 }  // namespace
+
+std::vector<std::string> DescribeWagon(const Validation& validation) {
+  Words words;
+  DescribeRows(validation, &words);
+  for (const ValidationRow& row : validation.rows) {
+    DescribeShares(row, &words);
+    DescribeHuntingBounds(validation, row, &words);
+    DescribeRemarks(row, &words);
+  }
+  DescribeCauseCost(validation, &words);
+  DescribeNotices(validation, &words);
+  for (const std::string& notice : validation.notices) words.push_back("Note: " + notice + ".");
+  return words;
+}
 
 std::string FormatWagon(const Validation& validation) {
   if (!validation.failure.empty())
     return Tell(fmt::format("On the wagon: nothing could be done. {}", validation.failure)) + "\n";
   std::string text =
       fmt::format("On the wagon ({}, {}, geometry {})\n\n", validation.wagon, validation.cargo, validation.geometry);
-  text += FormatTable(validation) + FormatDifferences(validation) + "\n" + FormatExplanation(validation);
-  for (const ValidationRow& row : validation.rows)
-    text += FormatShares(row) + FormatHuntingBounds(validation, row) + FormatRemarks(row);
-  text += FormatCauseCost(validation);
-  text += FormatNotices(validation);
-  for (const std::string& notice : validation.notices) text += Tell("Note: " + notice + ".");
+  text += MakeWagonTable(validation).Format(kIndent) + FormatDifferences(validation) + "\n";
+  for (const std::string& words : DescribeWagon(validation)) text += Tell(words);
   return text + fmt::format("\n  {:.2f} s\n\n", validation.wall_s);
 }
 

@@ -62,6 +62,8 @@ bool FindRollingFrequency(const Record& record, const Phases& phases, int period
   const std::optional<double> t1 = crossing(first);
   const std::optional<double> t2 = crossing(first + 2 * static_cast<std::size_t>(fit->rolling_periods));
   if (!t1 || !t2) return false;
+  fit->rolling_from = *t1;
+  fit->rolling_to = *t2;
   fit->omega_rolling = 2 * std::numbers::pi * fit->rolling_periods / (*t2 - *t1);
   return true;
 }

@@ -52,6 +52,8 @@ struct SineFit {
   double omega_sliding = 0;      ///< published method, of arcs[0] [rad/s]
   double omega_rolling = 0;      ///< 2 pi N / (t2 - t1) [rad/s]
   int rolling_periods = 0;       ///< N
+  double rolling_from = 0;       ///< t1 of the rolling frequency [s]
+  double rolling_to = 0;         ///< t2 [s]
   double k = 0;                  ///< published: omega_sliding^2/g [1/m]
   double sum_ki = 0;             ///< published: omega_rolling^2/g - k [1/m]
   /// sum T0i that reproduces the loss of the first free cycle with these stiffnesses and one slider [-]; from

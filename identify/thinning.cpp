@@ -30,6 +30,7 @@ void ThinRecord(Record* record) {
   if (group < 2) return;
   record->t = Average(record->t, group);
   record->y = Average(record->y, group);
+  if (!record->uncertainty.empty()) record->uncertainty = Average(record->uncertainty, group);
   record->sampling_hz /= static_cast<double>(group);
   record->notices.push_back(fmt::format("{} samples, averaged in groups of {} to {} at {:g} Hz", samples, group,
                                         record->t.size(), record->sampling_hz));

@@ -143,7 +143,9 @@ TEST_F(IdentifyProgram, QuietPrintsNothingAndWritesEverything) {
   const ProgramResult result = Run(With(CopyMeasurements("lateral", 1), {"--quiet"}));
   EXPECT_EQ(result.out, "");
   EXPECT_EQ(result.err, "");
-  for (const char* file : {"out/parameters.toml", "out/parameters_plain.toml", "out/result.json", "out/residuals.csv"})
+  for (const char* file :
+       {"out/parameters.toml", "out/parameters_plain.toml", "out/result.json", "out/residuals.csv", "out/report.html",
+        "out/figures/lateral_models.svg", "out/figures/lateral_models.png", "out/figures/lateral_models.csv"})
     EXPECT_TRUE(Exists(file));
 }
 
@@ -151,10 +153,43 @@ TEST_F(IdentifyProgram, OutNamesTheFolderOfTheResults) {
   const ProgramResult result = Run(With(CopyMeasurements("lateral", 1), {"--out", "a/b"}));
   EXPECT_TRUE(
       result.out.ends_with("Written: a/b/parameters.toml a/b/parameters_plain.toml a/b/result.json "
-                           "a/b/residuals.csv\n"))
+                           "a/b/residuals.csv\nReport: a/b/report.html\n"))
       << result.out;
   EXPECT_TRUE(Exists("a/b/parameters.toml"));
   EXPECT_FALSE(Exists("out"));
+}
+
+TEST_F(IdentifyProgram, WithoutReportThereIsNone) {
+  const ProgramResult result =
+      Run(With(CopyMeasurements("lateral", 1), {"--no-report", "--no-diagnosis", "--no-wagon"}));
+  EXPECT_TRUE(result.out.ends_with("out/residuals.csv\n")) << result.out;
+  EXPECT_FALSE(Exists("out/report.html"));
+  EXPECT_FALSE(Exists("out/figures"));
+}
+
+TEST_F(IdentifyProgram, ReportSaysHowToRepeatTheRun) {
+  Write("lateral; worn 'a'.txt", PlainDecay{}.Text());
+  Run({"lateral; worn 'a'.txt", "--starts", "3", "--no-diagnosis", "--no-wagon"});
+  const std::string html = Read("out/report.html");
+  // Quoted for a shell, then for HTML.
+  EXPECT_NE(html.find("&#39;lateral; worn &#39;\\&#39;&#39;a&#39;\\&#39;&#39;.txt&#39; --starts 3"), std::string::npos);
+  EXPECT_NE(html.find("--starts</th><td>3</td>"), std::string::npos);
+  EXPECT_NE(html.find("--seed</th><td>1</td>"), std::string::npos) << "defaults are there, too";
+}
+
+TEST_F(IdentifyProgram, WithoutGnuplotThePageIsThereAndSaysSo) {
+  CopyMeasurements("lateral", 1);
+  std::filesystem::create_directory(Folder() / "empty");
+  const ProgramResult result = RunProgram({"/usr/bin/env", "PATH=" + (Folder() / "empty").string(), UICLINK_IDENTIFY,
+                                           "lateral_01.txt", "--no-diagnosis", "--no-wagon", "-q"},
+                                          {.folder = Folder()});
+  EXPECT_EQ(result.exit_code, 0) << "the results are all there";
+  EXPECT_NE(result.err.find("no pictures beside it: the figure cannot be drawn: gnuplot is not installed"),
+            std::string::npos)
+      << result.err;
+  EXPECT_NE(Read("out/report.html").find("No SVG and PNG files beside this page"), std::string::npos);
+  EXPECT_TRUE(Exists("out/figures/lateral_models.csv"));
+  EXPECT_FALSE(Exists("out/figures/lateral_models.svg"));
 }
 
 // Standard error is no terminal here: no progress and no escape sequences, neither there nor in the tables.

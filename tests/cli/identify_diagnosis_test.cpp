@@ -31,7 +31,7 @@ class IdentifyDiagnosis : public IdentifyProgram {
   const Done& Lateral() const {
     static const Done done = [this] {
       const TemporaryFolder folder;
-      std::vector<std::string> words = {"--starts", "0"};
+      std::vector<std::string> words = {"--starts", "0", "--no-report"};
       for (int i = 1; i <= kRecords; ++i) {
         words.push_back(fmt::format("lateral_{:02}.txt", i));
         std::filesystem::copy_file(std::filesystem::path(UICLINK_SOURCE_DIR) / "measurements" / words.back(),

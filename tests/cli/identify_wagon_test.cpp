@@ -13,7 +13,7 @@ namespace {
 class IdentifyOnWagon : public IdentifyProgram {
  protected:
   ProgramResult RunOn(std::vector<std::string> words, const std::vector<std::string>& more) const {
-    words.insert(words.end(), {"--starts", "0"});
+    words.insert(words.end(), {"--starts", "0", "--no-report"});
     words.insert(words.end(), more.begin(), more.end());
     return Run(words);
   }

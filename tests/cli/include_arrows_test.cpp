@@ -31,7 +31,7 @@ struct Room {
   Words rooms;             ///< rooms of ours, beside itself
   Words header_libraries;  ///< in its headers and sources
   Words source_libraries;  ///< in its sources alone
-  /// Further rooms and libraries, in the files alone whose name matches the regular expression.
+  /// Further rooms and libraries, in the files alone whose name or path matches the regular expression.
   std::vector<std::pair<std::string, Words>> exceptions = {};
 };
 
@@ -50,7 +50,7 @@ const std::vector<Room>& Rooms() {
        {"data", "reports", "model"},
        {"eigen", "json_fwd"},
        {"ceres", "ceres/jet", "eigen", "matio", "json", "fmt", "cli11", "posix"},
-       {{"validate.*", {"vehicle"}}, {R"((digitise|track).*\.cpp)", {"opencv"}}}},
+       {{"validate.*", {"vehicle"}}, {R"((digitise|track).*\.cpp|identify/(digitise|track)/\w+\.cpp)", {"opencv"}}}},
       {"measurements/rig", {}, {}, {"toml++", "json", "fmt", "cli11", "posix"}},
   };
   return rooms;
@@ -102,7 +102,9 @@ bool MayUse(const Room& room, const fs::path& file, const std::string& word) {
   if (room.rooms.contains(word) || room.header_libraries.contains(word)) return true;
   if (!IsHeader(file) && room.source_libraries.contains(word)) return true;
   return std::ranges::any_of(room.exceptions, [&](const auto& exception) {
-    return exception.second.contains(word) && std::regex_match(file.filename().string(), std::regex(exception.first));
+    const std::regex pattern(exception.first);
+    return exception.second.contains(word) &&
+           (std::regex_match(file.filename().string(), pattern) || std::regex_match(file.generic_string(), pattern));
   });
 }
 

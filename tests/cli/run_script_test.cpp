@@ -250,6 +250,21 @@ TEST_F(RunScript, NothingIsInstalledWhenNothingIsMissingOrWhenForbidden) {
   EXPECT_THAT(Calls(), IsEmpty());
 }
 
+TEST_F(RunScript, APackageWhoseCommandIsThereFromElsewhereIsNotAskedFor) {
+  const std::string script = Text(kRoot / "run"), row = "nodejs|node ";
+  ASSERT_THAT(script, HasSubstr(row));
+  Write("run", std::string(script).replace(script.find(row), row.size(), "nodejs|some-node "));
+  SetMissing("nodejs\nlibfmt-dev\n");
+  EXPECT_EQ(Run("identify").exit_code, 0);
+  EXPECT_THAT(Calls(), HasSubstr("install --no-install-recommends libfmt-dev nodejs\n"));
+
+  folder_.Write("bin/some-node", "#!/bin/bash\n");
+  fs::permissions(folder_.path() / "bin/some-node", fs::perms::owner_all);
+  folder_.Write("bin/calls", "");
+  EXPECT_EQ(Run("identify").exit_code, 0);
+  EXPECT_THAT(Calls(), HasSubstr("install --no-install-recommends libfmt-dev\n"));
+}
+
 TEST_F(RunScript, AUserInstallsThroughSudoWhichNeverWaitsForAPasswordThatNobodyTypes) {
   SetMissing("libfmt-dev\n");
   EXPECT_EQ(Run("identify", "USER_ID=1000 SUDO_WORKS=yes").exit_code, 0);

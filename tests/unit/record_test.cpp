@@ -185,6 +185,14 @@ TEST(RecordTextTest, ValuesBelowTheHeadersNamesAreNoSample) {
   EXPECT_EQ(ParseRecord("t y\n" + MakeRows(Plain), "x").t.size(), kSamples);
 }
 
+TEST(RecordTextTest, TakesGapsThatTheRecordSaysItHas) {
+  const std::string text = MakeRows([](double t, double y) { return t > 0.0999 && t < 0.1249 ? "" : Plain(t, y); });
+  const Record record = ParseRecord("# missing_samples: 5\n# mass_kg: 378.2\n" + text, "r.txt");
+  EXPECT_FALSE(record.uniform);
+  EXPECT_DOUBLE_EQ(record.sampling_hz, 200);
+  EXPECT_THAT(record.notices, testing::Contains("samples are missing, as the record says: 1 gap of up to 30 ms"));
+}
+
 TEST(RecordTextTest, KeepsIrregularTimes) {
   std::mt19937_64 random(3);
   std::uniform_real_distribution<double> jitter(0, 0.004);
@@ -320,6 +328,8 @@ TEST(RecordFaultTest, Gaps) {
       "r.txt:21: expected a sample about 5 ms after 0.095 s, found the next one after 30 ms (about 5 missing); use "
       "the part before or after the gap, or give --rate HZ if only the time stamps are wrong");
   EXPECT_THAT(Fault("# one line more\n" + text), HasSubstr("r.txt:22:"));
+  EXPECT_THAT(Fault("# missing_samples: some\n" + text), HasSubstr("r.txt:1: expected a number of missing samples"));
+  EXPECT_THAT(Fault("# missing_samples: 0\n" + text), HasSubstr("r.txt:22:"));
 }
 
 TEST(RecordFaultTest, UnbelievableReadings) {
