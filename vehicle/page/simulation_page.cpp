@@ -51,15 +51,19 @@ std::string DescribeState(const SimulationRun& run) {
 std::string DescribeMotion(const SimulationRun& run) {
   const SimulationResult& result = run.result;
   const MotionFigures& front = result.motions[static_cast<std::size_t>(TrackedMotion::kFrontLateral)];
+  const double rear = AmplitudeOf(result, TrackedMotion::kRearLateral),
+               body = AmplitudeOf(result, TrackedMotion::kBodyLateral);
+  const double last = std::min(run.window, result.simulated);
+  const std::string start =
+      fmt::format("At {} {} {}", FormatSpeedTwice(result.V), DescribeLoadedWagon(run.inputs), DescribeState(run));
+  if (std::max({front.amplitude, rear, body}) < kHuntingLeast)
+    return start + fmt::format(" in the last {:.4g} s.", last);
   const std::string often =
       front.frequencies.empty() ? "" : fmt::format(", {:.2f} times a second", front.frequencies.front());
   return fmt::format(
-      "At {} {} {}. In the last {:.4g} s the front wheelset goes {:.2f} mm to either side, the rear one {:.2f} mm and "
-      "the body {:.2f} mm{}.",
-      FormatSpeedTwice(result.V), DescribeLoadedWagon(run.inputs), DescribeState(run),
-      std::min(run.window, result.simulated), 1e3 * front.amplitude,
-      1e3 * AmplitudeOf(result, TrackedMotion::kRearLateral), 1e3 * AmplitudeOf(result, TrackedMotion::kBodyLateral),
-      often);
+      "{}. In the last {:.4g} s the front wheelset goes {:.2f} mm to either side, the rear one {:.2f} mm and the body "
+      "{:.2f} mm{}.",
+      start, last, 1e3 * front.amplitude, 1e3 * rear, 1e3 * body, often);
 }
 
 std::string DescribeGuidance(const SimulationRun& run) {
