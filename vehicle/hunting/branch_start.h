@@ -20,6 +20,10 @@ ContinuationOptions MakeContinuationOptions(const DiagramOptions& options);
 /// Of all motions, by TrackedMotion [m] or [rad].
 std::array<double, kMotionCount> HalfWidthsOf(const Cycle& cycle);
 
+/// Whether a cycle lies on a branch, by the branch's own cycle at its value of the parameter, which is corrected from
+/// the nearest point: between points that are far apart LiesOn interpolates too coarsely.
+bool IsOnBranch(Flow& flow, const Branch& branch, const Cycle& cycle, const DiagramOptions& options);
+
 /// The branch that begins at a crossing, from the cycle that decides its type on towards the next larger one; none
 /// where no such two cycles were found.
 std::optional<Branch> FollowBornBranch(const WagonFamily& family, const HopfPoint& hopf, const DiagramOptions& options,

@@ -154,7 +154,10 @@ class DiagramBuilder {
       CycleOptions cycle;
       cycle.tolerance = options_.tolerance;
       const Cycle start = FindCycle(flow, motion.row.V, guess->state, guess->period, cycle);
-      if (IsKnown(motion.row.V, HalfWidthsOf(start))) return {};  // the trace had not come to rest on it
+      const bool is_known = std::ranges::any_of(diagram_.branches, [&](const HuntingBranch& hunting) {
+        return IsOnBranch(flow, hunting.branch, start, options_);
+      });
+      if (is_known) return {};
       diagram_.branches.push_back({origin, FollowBothWays(flow, start, MakeContinuation(origin))});
       return {};
     } catch (const std::exception& error) {
@@ -274,6 +277,14 @@ void Check(const DiagramOptions& options) {
 
 }  // namespace
 
+bool MovesAlike(const std::array<double, kMotionCount>& a, const std::array<double, kMotionCount>& b, double share,
+                double least) {
+  return std::ranges::all_of(kCompared, [&](TrackedMotion motion) {
+    const double there = a[static_cast<std::size_t>(motion)], here = b[static_cast<std::size_t>(motion)];
+    return std::abs(there - here) <= share * std::max(there, here) + least;
+  });
+}
+
 bool LiesOn(const Branch& branch, double V, const std::array<double, kMotionCount>& half_width, double share,
             double least) {
   for (std::size_t i = 0; i + 1 < branch.points.size(); ++i) {
@@ -281,13 +292,10 @@ bool LiesOn(const Branch& branch, double V, const std::array<double, kMotionCoun
     const Cycle& b = branch.points[i + 1];
     if ((V - a.lambda) * (V - b.lambda) > 0) continue;
     const double t = a.lambda != b.lambda ? (V - a.lambda) / (b.lambda - a.lambda) : 0.5;
-    const bool same = std::ranges::all_of(kCompared, [&](TrackedMotion motion) {
-      const int place = static_cast<int>(motion);
-      const double there = (1 - t) * a.Amplitude(place) + t * b.Amplitude(place);
-      const double here = half_width[static_cast<std::size_t>(motion)];
-      return std::abs(there - here) <= share * std::max(there, here) + least;
-    });
-    if (same) return true;
+    std::array<double, kMotionCount> between = HalfWidthsOf(a);
+    const std::array<double, kMotionCount> end = HalfWidthsOf(b);
+    for (std::size_t k = 0; k < kMotionCount; ++k) between[k] += t * (end[k] - between[k]);
+    if (MovesAlike(between, half_width, share, least)) return true;
   }
   return false;
 }

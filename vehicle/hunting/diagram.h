@@ -94,6 +94,11 @@ struct BifurcationDiagram {
 /// Stable and unstable parts, folds, torus and period-doubling points are the branches' own (dynamics/continuation.h).
 BifurcationDiagram CalcDiagram(const Wagon& wagon, const DiagramOptions& options);
 
+/// Whether two motions with these half widths (by TrackedMotion) are the same: lateral ones of wheelsets and body
+/// differ by less than a share of the larger one and `least` [m].
+bool MovesAlike(const std::array<double, kMotionCount>& a, const std::array<double, kMotionCount>& b, double share,
+                double least);
+
 /// Whether a motion with these half widths (by TrackedMotion) at speed V lies on the branch, between its points.
 bool LiesOn(const Branch& branch, double V, const std::array<double, kMotionCount>& half_width, double share,
             double least);
