@@ -58,14 +58,14 @@ BranchPoint BranchStepper::FirstPoint(const Cycle& start, const Cycle* towards) 
   return PointAt(std::move(cycle), {Eigen::VectorXd::Zero(flow_.size()), 0, options_.direction < 0 ? -1.0 : 1.0});
 }
 
-Place BranchStepper::Predict(const BranchPoint& from, double distance) const {
-  Place place = PlaceOf(from.cycle) + distance * from.tangent;
-  flow_.Follow(from.cycle.state, from.cycle.passage.slaved_start, &place.state);
+Place BranchStepper::Predict(const Cycle& from, const Place& way) const {
+  Place place = PlaceOf(from) + way;
+  flow_.Follow(from.state, from.passage.slaved_start, &place.state);
   return place;
 }
 
 BranchPoint BranchStepper::PointAhead(const BranchPoint& from, double distance) {
-  const Place guess = Predict(from, distance);
+  const Place guess = Predict(from.cycle, distance * from.tangent);
   std::vector<Condition> conditions = PhaseConditions(from.cycle);
   conditions.push_back(Across(from.cycle.passage, from.tangent, guess));
   const Corrected found = Correct(flow_, guess, conditions, true, options_.cycle, &from.cycle.passage);
@@ -73,7 +73,7 @@ BranchPoint BranchStepper::PointAhead(const BranchPoint& from, double distance) 
 }
 
 BranchPoint BranchStepper::PointAtParameter(const BranchPoint& from, double lambda) {
-  Place guess = Predict(from, (lambda - from.cycle.lambda) / from.tangent.lambda);
+  Place guess = Predict(from.cycle, (lambda - from.cycle.lambda) / from.tangent.lambda * from.tangent);
   guess.lambda = lambda;
   const Corrected found =
       Correct(flow_, guess, PhaseConditions(from.cycle), false, options_.cycle, &from.cycle.passage);

@@ -52,6 +52,9 @@ class BranchStepper {
   /// The same cycle, begun a part of the period later. Only without excitation.
   BranchPoint Shifted(const BranchPoint& from, double part);
 
+  /// A cycle moved along a way; what is slaved follows.
+  Place Predict(const Cycle& from, const Place& way) const;
+
   bool forced() const { return flow_.ForcedPeriod(options_.from).has_value(); }
 
   /// sum of products in the norm of (state, parameter/scale), of the active components.
@@ -59,7 +62,6 @@ class BranchStepper {
   double Length(const Passage& passage, const Place& a) const { return std::sqrt(Product(passage, a, a)); }
 
  private:
-  Place Predict(const BranchPoint& from, double distance) const;
   std::vector<Condition> PhaseConditions(const Cycle& cycle) const;
   Condition Across(const Passage& passage, const Place& tangent, const Place& at) const;
 

@@ -107,7 +107,7 @@ class BranchFollower {
     const double turn = RateCosine(next);
     if (turn < -kCorner) return End(BranchEnd::kEquilibrium);
     const double cosine = stepper_.Product(next.cycle.passage, here_.tangent, next.tangent);
-    const Place correction = PlaceOf(next.cycle) + -1.0 * (PlaceOf(here_.cycle) + distance * here_.tangent);
+    const Place correction = PlaceOf(next.cycle) - (PlaceOf(here_.cycle) + distance * here_.tangent);
     const bool far_off = stepper_.Length(next.cycle.passage, correction) > FarOff(distance) * distance;
     if (turn < 0 || cosine < kCorner || far_off || MayBeOtherSheet(next, distance, correction)) {
       return Shorten("the branch has a corner");
@@ -136,7 +136,7 @@ class BranchFollower {
   bool MayBeOtherSheet(const BranchPoint& next, double distance, const Place& correction) const {
     const Passage& passage = next.cycle.passage;
     const bool is_long = distance > options_.first_step;
-    const Place bend = next.tangent + -stepper_.Product(passage, here_.tangent, next.tangent) * here_.tangent;
+    const Place bend = next.tangent - stepper_.Product(passage, here_.tangent, next.tangent) * here_.tangent;
     const bool is_bent = stepper_.Length(passage, bend) > kBent;
     if (here_.determinant * next.determinant < 0) return is_long || is_bent;
     return is_long && is_bent && stepper_.Length(passage, correction) > kBent * distance &&

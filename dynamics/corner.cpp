@@ -46,8 +46,7 @@ class CornerTurner {
 
   /// `here` with the derivatives that hold on the other side.
   BranchPoint PointAcross(double reach, const Place& direction) {
-    Place place = PlaceOf(here_.cycle) + reach * direction;
-    flow_.Follow(here_.cycle.state, here_.cycle.passage.slaved_start, &place.state);
+    Place place = stepper_->Predict(here_.cycle, reach * direction);
     if (const auto forced = flow_.ForcedPeriod(place.lambda)) place.period = *forced;
     Cycle cycle = here_.cycle;
     cycle.passage = flow_.Pass(place.state, place.period, place.lambda, Flow::Derivatives::kAll);
@@ -59,8 +58,8 @@ class CornerTurner {
     try {
       BranchPoint beyond = stepper_->PointAhead(from, distance);
       const Passage& passage = beyond.cycle.passage;
-      const Place way = PlaceOf(beyond.cycle) + -1.0 * PlaceOf(from.cycle);
-      const double correction = stepper_->Length(passage, way + -distance * from.tangent);
+      const Place way = PlaceOf(beyond.cycle) - PlaceOf(from.cycle);
+      const double correction = stepper_->Length(passage, way - distance * from.tangent);
       const bool straight = stepper_->Product(passage, from.tangent, beyond.tangent) > kStraight;
       if (correction > kFarOff * distance || !straight || LiesBehind(beyond, way, distance)) return std::nullopt;
       return Intersect(std::move(beyond), way, distance);
@@ -81,7 +80,7 @@ class CornerTurner {
       const Passage& fewer = FreeComponents(old.cycle.passage).size() < FreeComponents(point.cycle.passage).size()
                                  ? old.cycle.passage
                                  : point.cycle.passage;
-      return stepper_->Length(fewer, PlaceOf(point.cycle) + -1.0 * PlaceOf(old.cycle)) < kSamePart * distance;
+      return stepper_->Length(fewer, PlaceOf(point.cycle) - PlaceOf(old.cycle)) < kSamePart * distance;
     } catch (const std::exception&) {
       return false;
     }
@@ -97,7 +96,7 @@ class CornerTurner {
     const double determinant = tt - tu * tu;
     const double a = (wt - tu * wu) / determinant, b = (tt * wu - tu * wt) / determinant;
     if (!(a > -kOnPath * distance && b > kOnPath * distance)) return std::nullopt;
-    const Place before = PlaceOf(here_.cycle) + a * t, after = PlaceOf(beyond.cycle) + -b * u;
+    const Place before = PlaceOf(here_.cycle) + a * t, after = PlaceOf(beyond.cycle) - b * u;
     return Corner{std::move(beyond), b, 0.5 * (before.lambda + after.lambda), 0.5 * (before.period + after.period)};
   }
 

@@ -17,8 +17,8 @@ struct Corner {
 
 /// The other side of the corner just ahead of a point. The flow's derivative on the other side is that of a passage
 /// begun a little beyond the corner; the kernel of its equations is the direction of the branch there. Of the points to
-/// both sides in that direction, that one counts which does not lie on the branch behind `here`, and whose tangent leads
-/// back to where the tangent of `here` leads.
+/// both sides in that direction, that one counts which does not lie on the branch behind `here`, and whose tangent
+/// leads back to where the tangent of `here` leads.
 /// @param reach  how far beyond the corner the first passage is begun; farther ones up to `most`.
 /// @return nothing where there is no such point.
 std::optional<Corner> TurnCorner(Flow& flow, BranchStepper* stepper, const BranchPoint& here, double reach,

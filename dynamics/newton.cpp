@@ -176,6 +176,10 @@ Place operator+(const Place& a, const Place& b) {
   return {a.state + b.state, a.period + b.period, a.lambda + b.lambda};
 }
 
+Place operator-(const Place& a, const Place& b) {
+  return {a.state - b.state, a.period - b.period, a.lambda - b.lambda};
+}
+
 Place operator*(double factor, const Place& a) { return {factor * a.state, factor * a.period, factor * a.lambda}; }
 
 Place PlaceOf(const Cycle& cycle) { return {cycle.state, cycle.period, cycle.lambda}; }

@@ -19,6 +19,7 @@ struct Place {
 };
 
 Place operator+(const Place& a, const Place& b);
+Place operator-(const Place& a, const Place& b);
 Place operator*(double factor, const Place& a);
 Place PlaceOf(const Cycle& cycle);
 

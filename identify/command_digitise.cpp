@@ -20,6 +20,7 @@
 #include "identify/commands.h"
 #include "identify/digitise/digitise.h"
 #include "identify/record.h"
+#include "identify/upper_median.h"
 #include "identify/write_record.h"
 
 namespace uiclink {
@@ -145,20 +146,15 @@ std::string FormatDigitisedRecord(const DigitiseArguments& a, const digitise::Di
   return FormatRecord(record);
 }
 
-double Median(std::vector<double> values) {
-  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
-  std::nth_element(values.begin(), middle, values.end());
-  return *middle;
-}
-
 std::string FormatText(const DigitiseArguments& a, const digitise::Digitised& read, const std::string& overlay) {
   std::string text = fmt::format("{}: {} curve, {:.1f} px wide\n", a.image, read.colour, read.line_width_px);
   text += fmt::format("  scale        {:.4g} {} and {:.4g} ms a pixel; {} within {:.2f} px; tilt {:.2f} degrees\n",
                       read.y_per_px, a.unit, 1e3 * read.s_per_px, a.points.empty() ? "frame" : "points",
                       read.frame_closure_px, read.tilt_deg);
   for (const std::string& note : read.notes) text += "  axes         " + note + '\n';
-  text += fmt::format("  read         {} samples at {:g} Hz, {:.3f} to {:.3f} s; uncertainty {:.2g} {} (median)\n",
-                      read.t.size(), read.rate_hz, read.t.front(), read.t.back(), Median(read.uncertainty), a.unit);
+  text +=
+      fmt::format("  read         {} samples at {:g} Hz, {:.3f} to {:.3f} s; uncertainty {:.2g} {} (median)\n",
+                  read.t.size(), read.rate_hz, read.t.front(), read.t.back(), UpperMedian(read.uncertainty), a.unit);
   text += fmt::format(
       "  checked      {:.1f} % of the columns, ink under {:.1f} % of the line, {:.1f} % of the ink on it; drawn again "
       "{:.3f} off (rms)\n",
@@ -190,7 +186,7 @@ std::string FormatJson(const DigitiseArguments& a, const digitise::Digitised& re
       {"rate_hz", read.rate_hz},
       {"from_s", read.t.front()},
       {"to_s", read.t.back()},
-      {"median_uncertainty", Median(read.uncertainty)},
+      {"median_uncertainty", UpperMedian(read.uncertainty)},
       {"checks",
        {{"columns_read", read.columns_read},
         {"line_found", read.line_found},

@@ -8,18 +8,10 @@
 #include <filesystem>
 
 #include "data/checksum.h"
+#include "reports/escape.h"
 
 namespace uiclink {
 namespace {
-
-/// As a shell takes it back.
-std::string Quote(const std::string& word) {
-  constexpr const char* kPlain = "ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789_-+=./,:@%";
-  if (!word.empty() && word.find_first_not_of(kPlain) == std::string::npos) return word;
-  std::string quoted = "'";
-  for (const char c : word) quoted += c == '\'' ? std::string("'\\''") : std::string(1, c);
-  return quoted + "'";
-}
 
 std::string ValueOf(const CLI::Option& option) {
   if (option.count() == 0) return option.get_default_str();
@@ -34,7 +26,7 @@ std::string ValueOf(const CLI::Option& option) {
 Provenance DescribeCommandLine(int argc, const char* const* argv, const CLI::App& app,
                                const std::vector<std::string>& files) {
   Provenance provenance;
-  for (int i = 0; i < argc; ++i) provenance.command += (i == 0 ? "" : " ") + Quote(argv[i]);
+  provenance.command = QuoteCommand(argc, argv);
   provenance.written = fmt::format("{:%Y-%m-%d %H:%M} UTC", fmt::gmtime(std::time(nullptr)));
   for (const CLI::Option* const option : app.get_options()) {
     if (option->get_positional() || option->get_lnames().empty()) continue;

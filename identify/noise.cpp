@@ -11,6 +11,8 @@
 #include <stdexcept>
 #include <vector>
 
+#include "identify/upper_median.h"
+
 namespace uiclink {
 namespace {
 
@@ -106,12 +108,6 @@ double MeanBelow(double nu, double c, double share_below) {
   return 1 - std::exp(nu / 2 * std::log(c / 2) - c / 2 - std::lgamma(nu / 2 + 1)) / share_below;
 }
 
-double Median(std::vector<double> values) {
-  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
-  std::nth_element(values.begin(), middle, values.end());
-  return *middle;
-}
-
 /// Variance common to most of the blocks, and the limit above which a block does not share it.
 struct CommonVariance {
   double variance = 0;
@@ -125,7 +121,7 @@ CommonVariance FindCommonVariance(const std::vector<double>& variances, double n
   const double cut = ChiSquareRatio(nu, kCut);
   const double correction = MeanBelow(nu, nu * cut, kShare);
   CommonVariance common;
-  common.variance = Median(variances) / ChiSquareRatio(nu, 0);
+  common.variance = UpperMedian(variances) / ChiSquareRatio(nu, 0);
   constexpr int kMostRounds = 50;  // the set kept settles within a few; it can cycle between two sets of equal worth
   for (int round = 0; round < kMostRounds; ++round) {
     common.limit = cut * common.variance;

@@ -14,6 +14,7 @@
 #include "data/file.h"
 #include "data/input_error.h"
 #include "identify/record_parts.h"
+#include "identify/upper_median.h"
 
 namespace uiclink {
 namespace {
@@ -131,19 +132,13 @@ void RequireIncreasing(const RawRecord& raw, const std::string& file) {
   throw InputError(file, line, message);
 }
 
-double Median(std::vector<double> values) {
-  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
-  std::nth_element(values.begin(), middle, values.end());
-  return *middle;
-}
-
 /// Gaps are faults where the steps are otherwise even (nine of ten within 10 % of the median) and the record does not
 /// say itself that samples are missing; such a record, and an irregular one, is taken as it is, with a notice.
 void JudgeIrregularSteps(const RawRecord& raw, const std::string& file, Record* record) {
   const std::vector<double>& t = raw.time;
   std::vector<double> steps(t.size() - 1);
   for (std::size_t i = 0; i < steps.size(); ++i) steps[i] = t[i + 1] - t[i];
-  const double median = Median(steps);
+  const double median = UpperMedian(steps);
   const auto even =
       std::count_if(steps.begin(), steps.end(), [=](double s) { return std::abs(s - median) <= 0.1 * median; });
   const auto is_gap = [=](double s) { return s > 1.5 * median; };

@@ -6,6 +6,8 @@
 #include <cmath>
 #include <stdexcept>
 
+#include "identify/upper_median.h"
+
 namespace uiclink {
 namespace {
 
@@ -33,12 +35,10 @@ int TimeDecimals(const std::vector<double>& t) {
 }
 
 /// Decimals of a hundredth of the median uncertainty.
-int ValueDecimals(std::vector<double> uncertainty) {
-  if (uncertainty.empty()) return 6;
-  const auto middle = uncertainty.begin() + static_cast<std::ptrdiff_t>(uncertainty.size() / 2);
-  std::nth_element(uncertainty.begin(), middle, uncertainty.end());
-  if (!(*middle > 0)) return 6;
-  return std::clamp(2 - static_cast<int>(std::floor(std::log10(*middle))), 0, 9);
+int ValueDecimals(const std::vector<double>& uncertainty) {
+  const double median = UpperMedian(uncertainty);
+  if (!(median > 0)) return 6;
+  return std::clamp(2 - static_cast<int>(std::floor(std::log10(median))), 0, 9);
 }
 
 /// Samples that are missing where steps are otherwise even; none where the rate varies.
@@ -46,11 +46,9 @@ long CountMissing(const std::vector<double>& t) {
   if (t.size() < 3) return 0;
   std::vector<double> steps(t.size() - 1);
   for (std::size_t i = 0; i < steps.size(); ++i) steps[i] = t[i + 1] - t[i];
-  std::vector<double> sorted = steps;
-  const auto middle = sorted.begin() + static_cast<std::ptrdiff_t>(sorted.size() / 2);
-  std::nth_element(sorted.begin(), middle, sorted.end());
+  const double median = UpperMedian(steps);
   long missing = 0;
-  for (const double step : steps) missing += std::max(0L, std::lround(step / *middle) - 1);
+  for (const double step : steps) missing += std::max(0L, std::lround(step / median) - 1);
   return missing;
 }
 

@@ -9,6 +9,7 @@
 #include "data/input_error.h"
 #include "identify/digitise/lines.h"
 #include "identify/digitise/views.h"
+#include "identify/upper_median.h"
 
 namespace uiclink::digitise {
 namespace {
@@ -117,13 +118,6 @@ std::vector<Reading> ReadCentres(const Plane& darkness, const LongLine& line, do
   return readings;
 }
 
-double MedianOf(std::vector<double> values) {
-  if (values.empty()) return 0;
-  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
-  std::nth_element(values.begin(), middle, values.end());
-  return *middle;
-}
-
 /// Robust cubic through the readings (Tukey's biweight on their own scatter).
 void FitCubic(const std::vector<Reading>& readings, FrameSide* side) {
   cv::Mat solution = cv::Mat::zeros(4, 1, CV_64F);
@@ -147,7 +141,7 @@ void FitCubic(const std::vector<Reading>& readings, FrameSide* side) {
     if (pass > 0) side->rms = std::sqrt(sum / std::max(weights, 1.0));
     cv::solve(normal, right, solution, cv::DECOMP_CHOLESKY);
     for (int i = 0; i < 4; ++i) side->c[static_cast<std::size_t>(i)] = solution.at<double>(i);
-    if (pass > 0) scale = std::max(0.02, 1.48 * MedianOf(off));
+    if (pass > 0) scale = std::max(0.02, 1.48 * UpperMedian(off));
   }
 }
 
@@ -157,7 +151,7 @@ FrameSide MeasureSide(const Plane& darkness, const LongLine& line, double first,
   const double inset = 0.015 * (last - first) + 2;
   std::vector<double> widths;
   for (const Reading& r : ReadCentres(darkness, line, first + inset, last - inset, 5)) widths.push_back(r.width);
-  side.line_width = std::max(1.0, MedianOf(widths));
+  side.line_width = std::max(1.0, UpperMedian(widths));
   const double a = line.Y(first), b = line.Y(side.middle), c = line.Y(last);
   side.c = {b, 0.5 * (c - a), 0.5 * (a + c) - b, 0};
   FitCubic(ReadCentres(darkness, line, first + inset, last - inset, 0.5 * side.line_width + 2.5), &side);

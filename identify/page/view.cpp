@@ -94,28 +94,7 @@ void Book::Draw(const std::string& name, Figure figure, const std::string& descr
   figures_.push_back({name, std::move(figure)});
 }
 
-void Book::Show(const TextTable& table, const std::string& caption) {
-  const std::vector<TextTable::Column>& columns = table.columns();
-  const bool two_lines = std::ranges::any_of(columns, [](const auto& column) { return column.head.size() > 1; });
-  std::vector<HtmlPage::Cells> head(two_lines ? 2 : 1);
-  for (const TextTable::Column& column : columns) {
-    const bool continues = column.head.size() > 1 && column.head[0].empty() && !head[0].empty();
-    if (continues) {
-      ++head[0].back().columns;
-    } else {
-      head[0].push_back({.text = column.head[0]});
-    }
-    if (two_lines) head[1].push_back({.text = column.head.size() > 1 ? column.head[1] : ""});
-  }
-  std::vector<HtmlPage::Cells> rows;
-  for (const std::vector<std::string>& cells : table.rows()) {
-    if (cells.empty()) continue;  // a rule
-    HtmlPage::Cells& row = rows.emplace_back();
-    for (std::size_t c = 0; c < cells.size(); ++c)
-      row.push_back({.text = cells[c], .style = columns[c].align == TextTable::Align::kRight ? "number" : ""});
-  }
-  page_.Table(caption, head, rows);
-}
+void Book::Show(const TextTable& table, const std::string& caption) { page_.Table(caption, table); }
 
 void Book::Tell(std::span<const std::string> paragraphs, const std::string& style) {
   for (const std::string& paragraph : paragraphs) page_.Paragraph(paragraph, style);

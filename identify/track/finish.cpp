@@ -8,6 +8,7 @@
 
 #include "data/input_error.h"
 #include "identify/track/order.h"
+#include "identify/upper_median.h"
 
 namespace uiclink::track {
 namespace {
@@ -30,12 +31,6 @@ struct Steadied {
   Point place;
   PlaceCovariance covariance;
 };
-
-double Median(std::vector<double> values) {
-  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
-  std::nth_element(values.begin(), middle, values.end());
-  return *middle;
-}
 
 std::string Percent(double share) { return fmt::format("{:.2g} %", 100 * share); }
 
@@ -108,7 +103,7 @@ class Finisher {
     if (places_.size() < kFewestSamples ||
         static_cast<double>(result_.left_out.size()) > kMostLeftOut * static_cast<double>(result_.pictures))
       RefuseFew();
-    result_.median_score = Median(scores);
+    result_.median_score = UpperMedian(scores);
   }
 
   [[noreturn]] void RefuseFew() const {
@@ -177,15 +172,15 @@ class Finisher {
       scales.push_back(scale.mm_per_pixel), tilts.push_back(scale.tilt);
     }
     if (scales.empty()) Refuse("expected a tag for the scale (--tag-mm), found none; or give --mm-per-pixel");
-    result_.mm_per_pixel = Median(scales);
+    result_.mm_per_pixel = UpperMedian(scales);
     double squares = 0;
     for (const double s : scales) squares += (s - result_.mm_per_pixel) * (s - result_.mm_per_pixel);
     const auto n = static_cast<double>(scales.size());
     result_.scale_error = std::sqrt(squares / n / std::max(1.0, n - 1)) / result_.mm_per_pixel;
-    if (Median(tilts) > kTilted) {
+    if (UpperMedian(tilts) > kTilted) {
       result_.warnings.push_back(fmt::format(
           "the tag's sides differ by {}: the camera looks at it from the side, and the scale holds at the tag alone",
-          Percent(Median(tilts))));
+          Percent(UpperMedian(tilts))));
     }
   }
 
@@ -256,7 +251,7 @@ class Finisher {
     std::vector<double> halves;
     for (std::size_t i = 1; i < crossings.size(); ++i) halves.push_back(crossings[i] - crossings[i - 1]);
     const double open = result_.shutter.value_or(1.0) * result_.times.step;
-    const double x = 0.5 * std::numbers::pi / Median(halves) * open;
+    const double x = 0.5 * std::numbers::pi / UpperMedian(halves) * open;
     return x > 0 ? 1 - std::sin(x) / x : 0;
   }
 

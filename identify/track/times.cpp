@@ -6,6 +6,8 @@
 #include <cmath>
 #include <stdexcept>
 
+#include "identify/upper_median.h"
+
 namespace uiclink::track {
 namespace {
 
@@ -16,12 +18,6 @@ struct Stamp {
   std::size_t picture;
   double t;
 };
-
-double Median(std::vector<double> values) {
-  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
-  std::nth_element(values.begin(), middle, values.end());
-  return *middle;
-}
 
 /// The coarsest of 1/600 s (QuickTime), 1, 0.1 and 0.01 ms that all stamps are multiples of.
 double FindResolution(const std::vector<Stamp>& stamps) {
@@ -134,7 +130,7 @@ PictureTimes JudgeTimes(const std::vector<std::optional<double>>& stamps, std::o
   if (taken.size() < 2) return times;
   std::vector<double> steps;
   for (std::size_t i = 1; i < taken.size(); ++i) steps.push_back(taken[i].t - taken[i - 1].t);
-  const double median = Median(steps);
+  const double median = UpperMedian(steps);
   times.resolution = FindResolution(taken);
   // The median of rounded steps may be off by a rounding, which adds up: the line's own step is taken once more.
   Grid grid = FitGrid(taken, median);

@@ -7,17 +7,12 @@
 #include <nlohmann/json.hpp>
 #include <numbers>
 
+#include "identify/upper_median.h"
+
 namespace uiclink::track {
 namespace {
 
 using Json = nlohmann::ordered_json;
-
-double Median(std::vector<double> values) {
-  if (values.empty()) return 0;
-  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
-  std::nth_element(values.begin(), middle, values.end());
-  return *middle;
-}
 
 std::string FormatBox(const Box& box) { return fmt::format("{},{},{},{}", box.x, box.y, box.width, box.height); }
 
@@ -61,7 +56,7 @@ Json GapsToJson(const TrackResult& result) {
 
 std::string FormatTrack(const TrackResult& result) {
   const auto [low, high] = std::minmax_element(result.y.begin(), result.y.end());
-  const double uncertainty = Median(result.uncertainty);
+  const double uncertainty = UpperMedian(result.uncertainty);
   std::string text = fmt::format("{}: {} samples of {} pictures ({} x {}), {:.4g} to {:.4g} s, {}{:.6g} a second\n",
                                  result.file, result.t.size(), result.pictures, result.width, result.height,
                                  result.t.front(), result.t.back(), result.times.even ? "" : "about ", Rate(result));
@@ -108,7 +103,7 @@ std::string FormatTrackJson(const TrackResult& result) {
                   {"axis", {result.axis.x, result.axis.y}},
                   {"cross_share", result.cross_share},
                   {"median_score", result.median_score},
-                  {"median_uncertainty_mm", Median(uncertainty_mm)},
+                  {"median_uncertainty_mm", UpperMedian(uncertainty_mm)},
                   {"shutter_open_share", result.shutter ? Json(*result.shutter) : Json()},
                   {"shutter_loss", result.shutter_loss},
                   {"camera", CameraToJson(result)},

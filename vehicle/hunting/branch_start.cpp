@@ -11,6 +11,24 @@ namespace {
 /// branch is corrected there, to see.
 constexpr double kWorthALook = 5;
 
+bool IsOnBranch(Flow& flow, const Branch& branch, const Cycle& cycle, const DiagramOptions& options) {
+  CycleOptions at_value;
+  at_value.tolerance = options.tolerance;
+  for (std::size_t i = 0; i + 1 < branch.points.size(); ++i) {
+    const Cycle &a = branch.points[i], &b = branch.points[i + 1];
+    if ((cycle.lambda - a.lambda) * (cycle.lambda - b.lambda) > 0) continue;
+    const Cycle& nearest = std::abs(cycle.lambda - a.lambda) < std::abs(cycle.lambda - b.lambda) ? a : b;
+    if (!MovesAlike(HalfWidthsOf(nearest), HalfWidthsOf(cycle), kWorthALook * options.same_share, options.same_motion))
+      continue;
+    try {
+      const Cycle there = FindCycle(flow, cycle.lambda, nearest.state, nearest.period, at_value);
+      if (MovesAlike(HalfWidthsOf(there), HalfWidthsOf(cycle), options.same_share, options.same_motion)) return true;
+    } catch (const std::exception&) {  // no cycle near that point at this value
+    }
+  }
+  return false;
+}
+
 }  // namespace
 
 ContinuationOptions MakeContinuationOptions(const DiagramOptions& options) {
@@ -32,22 +50,10 @@ std::array<double, kMotionCount> HalfWidthsOf(const Cycle& cycle) {
   return half_width;
 }
 
-bool IsOnBranch(Flow& flow, const Branch& branch, const Cycle& cycle, const DiagramOptions& options) {
-  CycleOptions at_value;
-  at_value.tolerance = options.tolerance;
-  for (std::size_t i = 0; i + 1 < branch.points.size(); ++i) {
-    const Cycle &a = branch.points[i], &b = branch.points[i + 1];
-    if ((cycle.lambda - a.lambda) * (cycle.lambda - b.lambda) > 0) continue;
-    const Cycle& nearest = std::abs(cycle.lambda - a.lambda) < std::abs(cycle.lambda - b.lambda) ? a : b;
-    if (!MovesAlike(HalfWidthsOf(nearest), HalfWidthsOf(cycle), kWorthALook * options.same_share, options.same_motion))
-      continue;
-    try {
-      const Cycle there = FindCycle(flow, cycle.lambda, nearest.state, nearest.period, at_value);
-      if (MovesAlike(HalfWidthsOf(there), HalfWidthsOf(cycle), options.same_share, options.same_motion)) return true;
-    } catch (const std::exception&) {  // no cycle near that point at this value
-    }
-  }
-  return false;
+bool IsOnABranch(Flow& flow, std::span<const HuntingBranch> branches, const Cycle& cycle,
+                 const DiagramOptions& options) {
+  return std::ranges::any_of(
+      branches, [&](const HuntingBranch& hunting) { return IsOnBranch(flow, hunting.branch, cycle, options); });
 }
 
 std::optional<Branch> FollowBornBranch(const WagonFamily& family, const HopfPoint& hopf, const DiagramOptions& options,

@@ -2,6 +2,7 @@
 
 #include <array>
 #include <optional>
+#include <span>
 
 #include "vehicle/hunting/diagram.h"
 
@@ -20,9 +21,10 @@ ContinuationOptions MakeContinuationOptions(const DiagramOptions& options);
 /// Of all motions, by TrackedMotion [m] or [rad].
 std::array<double, kMotionCount> HalfWidthsOf(const Cycle& cycle);
 
-/// Whether a cycle lies on a branch, by the branch's own cycle at its value of the parameter, which is corrected from
-/// the nearest point: between points that are far apart LiesOn interpolates too coarsely.
-bool IsOnBranch(Flow& flow, const Branch& branch, const Cycle& cycle, const DiagramOptions& options);
+/// Whether a cycle lies on a branch of a diagram, by the branch's own cycle at its value of the parameter, which is
+/// corrected from the nearest point: between points that are far apart LiesOn interpolates too coarsely.
+bool IsOnABranch(Flow& flow, std::span<const HuntingBranch> branches, const Cycle& cycle,
+                 const DiagramOptions& options);
 
 /// The branch that begins at a crossing, from the cycle that decides its type on towards the next larger one; none
 /// where no such two cycles were found.

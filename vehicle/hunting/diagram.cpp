@@ -154,10 +154,7 @@ class DiagramBuilder {
       CycleOptions cycle;
       cycle.tolerance = options_.tolerance;
       const Cycle start = FindCycle(flow, motion.row.V, guess->state, guess->period, cycle);
-      const bool is_known = std::ranges::any_of(diagram_.branches, [&](const HuntingBranch& hunting) {
-        return IsOnBranch(flow, hunting.branch, start, options_);
-      });
-      if (is_known) return {};
+      if (IsOnABranch(flow, diagram_.branches, start, options_)) return {};
       diagram_.branches.push_back({origin, FollowBothWays(flow, start, MakeContinuation(origin))});
       return {};
     } catch (const std::exception& error) {

@@ -129,10 +129,7 @@ class ParameterDiagramBuilder {
       CycleOptions cycle;
       cycle.tolerance = options_.tolerance;
       const Cycle start = FindCycle(flow, value, guess->state, guess->period, cycle);
-      const bool is_known = std::ranges::any_of(diagram_.branches, [&](const HuntingBranch& hunting) {
-        return IsOnBranch(flow, hunting.branch, start, options_);
-      });
-      if (is_known) return {};
+      if (IsOnABranch(flow, diagram_.branches, start, options_)) return {};
       if (diagram_.branches.size() >= options_.max_branches) return "as many branches as were allowed";
       const std::string origin = "pushed at " + Describe(value);
       diagram_.branches.push_back({origin, FollowBothWays(flow, start, MakeContinuation(origin))});
